@@ -27,8 +27,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.guards import ChannelGuard
 from bufferstand.daq.metadata import stream_document
 from bufferstand.daq.pace import Pace
 from bufferstand.daq.panel import GuardPanel, GuardSet

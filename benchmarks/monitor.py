@@ -25,8 +25,8 @@ from pathlib import Path
 from statistics import median
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.guards import ChannelGuard
 from bufferstand.daq.metadata import stream_document
 from bufferstand.daq.monitor.access import Tokens
 from bufferstand.daq.monitor.process import Address, web_process

@@ -32,9 +32,10 @@ from typing import Any
 import numpy as np
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.driving import Driver, Halt
-from bufferstand.daq.guards import Action, ChannelGuard
+from bufferstand.daq.guards import Action
 from bufferstand.daq.metadata import stream_document
 from bufferstand.daq.pace import Pace
 from bufferstand.daq.panel import GuardPanel, GuardSet

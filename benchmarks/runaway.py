@@ -44,9 +44,10 @@ from benchmarks.runaway_causes import (
     Stiff,
 )
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.driving import Driver, Halt
-from bufferstand.daq.guards import Action, ChannelGuard
+from bufferstand.daq.guards import Action
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from bufferstand.daq.scaling import ScaledBlock
@@ -248,7 +249,7 @@ class Trials:
             motion = SINE
         limit_kN = self._random.uniform(*LIMITS_KN[self._when])
         guard = ChannelGuard("force", "force", limit_kN, None, "kN", "force", self._action)
-        acquisition.panel.change(GuardSet((guard,), (), self._quiet.controller))
+        acquisition.panel.change(GuardSet((guard,), (), self._quiet.of(ControllerGuard)))
         self._seen.clear()
         self._spoiled.begin()
         with suppress(Halt):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from bufferstand.daq.guard_catalogue import demand_own_tables
 from bufferstand.daq.unguarded import demand_consent, demand_thermometers, unguarded, watching_of
 from bufferstand.drivers.leeway import leeway_of
 from bufferstand.drivers.stand_file import StandFile, load_stand, wires_from
@@ -78,6 +79,7 @@ def prepare(
         machine_stiffness_kN_per_mm=limits.machine_stiffness_kN_per_mm,
         force_speed=limits.force_speed,
     )
+    demand_own_tables(campaign.content.guards, campaign.path)
     demand_bounds(campaign, of_stand, specimen, watching_of(stand_file))
     demand_consent(campaign, specimen, stand_file)
     plan = make_plan(campaign, of_stand, predictor, specimen, over=over)

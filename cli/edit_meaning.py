@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from bufferstand.cli.campaigns import Prepared
+from bufferstand.daq.channel_guard import DEFAULT_TILT_MM
 from bufferstand.daq.folder import CampaignRecord, begin_record
 from bufferstand.daq.inputs import FileEdit, Inputs
-from bufferstand.daq.limits import DEFAULT_TILT_MM, SPEED_FACTOR
+from bufferstand.daq.rate_guard import SPEED_FACTOR
 from bufferstand.daq.same_steps import same_steps
 from bufferstand.daq.unguarded import what_is_unguarded
 from bufferstand.drivers.profile import SHIPPED
@@ -45,8 +46,8 @@ class LimitEdit:
     """A limit, a threshold of a guard or what its trip leads to, before and now."""
 
     name: str
-    before: float | str | bool
-    now: float | str | bool
+    before: float | str | bool | None
+    now: float | str | bool | None
     direction: Direction
 
     def text(self) -> str:
@@ -173,7 +174,7 @@ def limits_edited(record: CampaignRecord, copies: Inputs, prepared: Prepared) ->
     found += _of_stand(_stand_document(record), prepared.stand_file)
     if (unguarded := record.plan.get("not_guarded")) is not None:
         found += _no_longer_guarded(unguarded, prepared.plan.not_guarded)
-    found += _actions(old_guards, campaign.guards)
+    found += [*_actions(old_guards, campaign.guards), *_own_tables(old_guards, campaign.guards)]
     found += _zeros(ZeroTable.model_validate(before.get("zero", {})), campaign.zero)
     return (*found, *_own_limits(record, prepared.plan))
 
@@ -247,6 +248,20 @@ def _actions(before: GuardTable, now: GuardTable) -> list[LimitEdit]:
         for name in old
         if old[name] != new[name]
     ]  # fmt: skip
+
+
+def _own_tables(before: GuardTable, now: GuardTable) -> list[LimitEdit]:
+    """Return what differs of guards that bring their settings: which way is stricter only these know."""
+    old, new = (
+        {f"guards.{kind}.{key}": value for kind, table in one.own.items() for key, value in table.items()}
+        for one in (before, now)
+    )
+    names = sorted(old.keys() | new.keys())
+    return [
+        LimitEdit(name, old.get(name), new.get(name), "another")
+        for name in names
+        if old.get(name) != new.get(name)
+    ]
 
 
 def _of_stand(before: Mapping[str, Any], now: StandFile) -> list[LimitEdit]:

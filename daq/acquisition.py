@@ -13,17 +13,16 @@ from datetime import UTC, datetime
 import numpy as np
 
 from bufferstand.daq.blocks import join_blocks
-from bufferstand.daq.clock_guard import PAUSE_S, HostMemory, evaluate_host
+from bufferstand.daq.clock_guard import PAUSE_S
 from bufferstand.daq.continuity import Continuity
 from bufferstand.daq.device_time import DeviceTime
+from bufferstand.daq.guard_sights import Computer
+from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.pace import Pace
-from bufferstand.daq.panel import CONTROLLER_STREAM, GuardPanel
-from bufferstand.daq.plausibility_guard import PlausibilityGuard
-from bufferstand.daq.recorder_guard import RecorderGuard
+from bufferstand.daq.panel import GuardPanel
 from bufferstand.daq.run_log import Recorder, RunLog
 from bufferstand.daq.scaling import ScaledBlock, scale, zeroed
-from bufferstand.daq.status_force import StatusForceMemory, evaluate_status_force
 from bufferstand.drivers.delivery import STATUS_LONGEST_S, status_rest_s
 from bufferstand.drivers.interfaces import (
     NO_REPLY,
@@ -113,15 +112,13 @@ class Acquisition:
         self._branches = {
             channel.name: Branch() for facts in self._facts.values() for channel in facts.channels
         }
-        self._plausibility = PlausibilityGuard(stand.controller.facts)
         self.log = RunLog(clock)
         """Where events go."""
         self.continuity = Continuity(self, stand.controller, clock, panel)
         """Knows of pauses, outages, and who has the stand."""
-        self._recording = RecorderGuard(panel.guards.disk_stop_s)
         self._civil_s = civil_s
         self._waited_for = waited_for
-        self._host = HostMemory(civil_s(), steady_s(), clock.now_s())
+        panel.read_clocks(civil_s(), steady_s(), clock.now_s())
         self._guarded = False
         self._values: dict[str, float] = {}
         self._status: ControllerStatus | None = None
@@ -140,7 +137,6 @@ class Acquisition:
         self._fed_s = -np.inf
         self._device_time = DeviceTime(clock.now_s())
         self._overwritten = 0
-        self._status_force = StatusForceMemory()
         self._looked_long = False
         self._anchor: tuple[int, float] | None = None
         self._anchor_due_s = -np.inf
@@ -186,7 +182,7 @@ class Acquisition:
 
     def attach(self, recorder: Recorder) -> None:
         """Record from now on, beginning with a clock anchor."""
-        self._recording.begin()
+        self.panel.begin_run()
         self._anchor, self._anchor_due_s = None, -np.inf
         self.log.attach(recorder)
 
@@ -271,11 +267,11 @@ class Acquisition:
             if not self.continuity.is_cut_off:
                 self._ask_controller()
         self._drain_sensors()
-        self._check_recorder()
+        if (recorder := self.log.recorder) is not None:
+            self.panel.look_at_recorder(recorder, self.clock.now_s())
         with self.continuity.answered_for():
             self.continuity.see_pause(PAUSE_S, look=False)  # before silences are judged
-        self._look_at_host()
-        self.panel.listen(self.clock.now_s(), self.clock.wall_s())
+        self.panel.listen(self.clock.now_s(), self.clock.wall_s(), self._computer())
         said = self.panel.said()
         for trip in said:
             self.log.say("note" if trip.action is Action.NOTE else "trip", trip.reason, **trip.facts())
@@ -294,7 +290,7 @@ class Acquisition:
             sensor.drain()  # read before
         self._device_time.begin_anew()
         self._age_s, self._up_to_date = None, False
-        self._host = HostMemory(self._civil_s(), steady_s(), now_s)
+        self.panel.read_clocks(self._civil_s(), steady_s(), now_s)
         self.renew_status()
 
     def _ask_controller(self) -> None:
@@ -459,24 +455,23 @@ class Acquisition:
             if self.panel.has_limited(status):  # it has stopped already: what led to it says why
                 self._read_controller()
         finally:
-            self.panel.judge(status, now_s, wall_s)
-        self._judge_status_force(status.force_kN, now_s, wall_s)
-        if not self._waited_for:
-            age_s = None if self._age_s is None else self._age_s / self._speed(now_s, wall_s)
-            self.panel.keep_up(age_s=age_s, up_to_date=self._up_to_date, at_s=now_s, wall_s=wall_s)
+            self.panel.judge(
+                status,
+                now_s,
+                wall_s,
+                sampled_kN=self._sampled_kN(),
+                age_s=None if self._age_s is None else self._age_s / self._speed(now_s, wall_s),
+                up_to_date=self._up_to_date or self._waited_for,
+            )
         return status
 
-    def _judge_status_force(self, shown_kN: float, now_s: float, wall_s: float) -> None:
-        """Hold the controller's own reading of the force against its samples."""
+    def _sampled_kN(self) -> float | None:  # noqa: N802 - the unit keeps its capital
+        """Return the newest sample of the force, no zero taken off; None where none is fresh."""
         fresh = (self._up_to_date or self._waited_for) and not self.continuity.hands_off
         sampled_kN = self._values.get("force") if fresh else None
         if sampled_kN is not None and self.zero is not None:
             sampled_kN += self.zero.value("force")
-        self._status_force, trip = evaluate_status_force(
-            self._status_force, shown_kN, sampled_kN, at_s=now_s, wall_s=wall_s
-        )
-        if trip is not None:
-            self.panel.latch(trip)
+        return sampled_kN
 
     def _speed(self, now_s: float, wall_s: float) -> float:
         """Return how many seconds of stand time pass in one of the wall."""
@@ -499,8 +494,6 @@ class Acquisition:
             recorder.append(block.stream, block.first_sequence, block.time_us, block.counts, block.lost)
         scaled = scale(block, self._facts[block.stream], self._branches)
         if block.stream == CONTROLLER_STREAM:
-            for trip in self._plausibility.look(block, scaled):
-                self.panel.latch(trip)
             for listener in self.listeners:
                 listener(scaled)
             self._samples += len(scaled)
@@ -509,7 +502,7 @@ class Acquisition:
             self._keep_anchor(scaled)
         if len(scaled):
             self._values.update((name, float(value[-1])) for name, value in scaled.values.items())
-        self.panel.observe(scaled, self.clock.wall_s())
+        self.panel.observe(scaled, self.clock.wall_s(), block, self._facts[block.stream])
         for observer in self.observers:
             observer(scaled)
 
@@ -531,27 +524,14 @@ class Acquisition:
             recorder.anchor(*self._anchor, self._utc())
             self._anchor, self._anchor_due_s = None, now_s + self.pace.anchor_s
 
-    def _check_recorder(self) -> None:
-        if (recorder := self.log.recorder) is None:
-            return
-        for trip in self._recording.look(recorder, self.clock.now_s()):
-            self.panel.latch(trip)
-
-    def _look_at_host(self) -> None:
-        """Look at this computer's clocks; a late pass counts from the first one after switching on.
+    def _computer(self) -> Computer:
+        """Return this computer's clocks; a late pass counts from the first one after switching on.
 
         One in which the controller gave no reply is late for that, and it is said already.
         """
-        self._host, said = evaluate_host(
-            self._host,
-            self._civil_s(),
-            steady_s(),
-            self.clock.now_s(),
-            guarded=self.feeding and self._guarded and not self.continuity.was_silent,
-        )
+        guarded = self.feeding and self._guarded and not self.continuity.was_silent
         self._guarded, self.continuity.was_silent = self.feeding, False
-        for trip in said:
-            self.panel.latch(trip)
+        return Computer(self._civil_s(), steady_s(), guarded)
 
 
 def _age_s(tick_us: int | None, stamp_us: int | None) -> float | None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.scaling import FORCES, STROKE_WIRES
+from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.wiring.doubt import Doubt, channel_setting
 from bufferstand.daq.wiring.two_at_rest import doubt_at_rest
 from bufferstand.foundation.specimen import Specimen
@@ -51,7 +52,7 @@ def first_look(acquisition: Acquisition, pump: Callable[[], object]) -> dict[str
     """
     clock, panel = acquisition.clock, acquisition.panel
     began_s, was_behind = clock.now_s(), True
-    specimen = [guard.stream for guard in panel.guards.temperatures if guard.stop_C is not None]
+    specimen = [guard.stream for guard in panel.guards.of(TemperatureGuard) if guard.stop_C is not None]
     seen: dict[str, list[float]] = {}
     while True:
         pump()

@@ -3,9 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import (
+    CameBack,
+    ClocksRead,
+    Happening,
+    PassOver,
+    Samples,
+    Sight,
+    Snapshot,
+)
+from bufferstand.daq.guard_site import CONTROLLER_STREAM, Site
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
 
 DEVICE_JUMP_S = 0.1
@@ -22,6 +37,36 @@ class DeviceClockMemory:
 
     sequence: int | None = None
     time_us: int = 0
+
+
+@dataclass(frozen=True)
+class DeviceClockGuard(Guard[DeviceClockMemory]):
+    """The time stamps of a controller that stamps its samples itself must count with them."""
+
+    kind: ClassVar = "device clock"
+    title: ClassVar = "the controller's clock counts with its samples"
+    settings: ClassVar = ()
+    facts_as: ClassVar = "none"
+    docs: ClassVar = ("`clock`",)
+    turn: ClassVar = 100
+    remembers: ClassVar = DeviceClockMemory
+    standing: ClassVar = True
+
+    def look(
+        self, memory: DeviceClockMemory, sight: Sight, beside: Beside
+    ) -> tuple[DeviceClockMemory, Found]:
+        """Judge a block of a controller that has a clock of its own."""
+        controller = beside.guard(ControllerGuard)
+        if not isinstance(sight, Samples) or sight.block.stream != CONTROLLER_STREAM:
+            return memory, None
+        if controller is None or not controller.own_clock:
+            return memory, None
+        return evaluate_device_clock(memory, sight.block, controller.rate_Hz)
+
+    def margin(self, memory: DeviceClockMemory, beside: Beside) -> Margin:
+        """Return what it watches for: a jump has no way to it."""
+        text = f"time stamps must count with the samples to {DEVICE_JUMP_S:g} s"
+        return Margin("clock", "clock of the controller", text, None, Action.STOP)
 
 
 def evaluate_device_clock(
@@ -67,6 +112,42 @@ class HostMemory:
     """Stand time."""
 
 
+@dataclass(frozen=True)
+class ComputerClockGuard(Guard[HostMemory | None]):
+    """This computer's civil time must not be set, and this program not stand still, without a word."""
+
+    kind: ClassVar = "computer clock"
+    title: ClassVar = "this computer's clock, and pauses of this program"
+    settings: ClassVar = ()
+    facts_as: ClassVar = "none"
+    docs: ClassVar = ("`clock`, `pause`",)
+    turn: ClassVar = 5
+    in_journal: ClassVar = False
+    standing: ClassVar = True
+
+    def look(
+        self, memory: HostMemory | None, sight: Sight, beside: Beside
+    ) -> tuple[HostMemory | None, Found]:
+        """Compare the clocks with the pass before."""
+        if not isinstance(sight, PassOver) or sight.computer is None:
+            return memory, None
+        now = sight.computer
+        if memory is None:
+            return HostMemory(now.civil_s, now.steady_s, beside.at_s), None
+        return evaluate_host(memory, now.civil_s, now.steady_s, beside.at_s, guarded=now.guarded)
+
+    def after(self, memory: HostMemory | None, happening: Happening) -> HostMemory | None:
+        """Return what the clocks are to count from."""
+        if isinstance(happening, ClocksRead):
+            return HostMemory(happening.civil_s, happening.steady_s, happening.at_s)
+        return memory
+
+    def margin(self, memory: HostMemory | None, beside: Beside) -> Margin:
+        """Return what it watches for: neither has a way to it."""
+        text = f"no pause of more than {PAUSE_S:g} s, civil time not set by more than {CIVIL_JUMP_S:g} s"
+        return Margin("pause", "this computer", text, None, Action.NOTE)
+
+
 def evaluate_host(
     memory: HostMemory, civil_s: float, steady_s: float, at_s: float, *, guarded: bool
 ) -> tuple[HostMemory, list[Trip]]:
@@ -108,7 +189,20 @@ def evaluate_host(
 
 
 @dataclass(frozen=True)
-class LagGuard:
+class LagMemory:
+    """When the newest sample was fresh last, and when it was last seen to be younger than before.
+
+    Times of the wall and ages [s].
+    """
+
+    fresh_at_s: float
+    noted: bool = False
+    least_s: float = math.inf
+    least_at_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class LagGuard(Guard[LagMemory]):
     """The newest sample must not be old, else the guards see the stand late.
 
     Parameters
@@ -120,21 +214,52 @@ class LagGuard:
         A sample that is no older than this [s of the wall] is explained by block, round trip and commands.
     """
 
+    kind: ClassVar = "lag"
+    title: ClassVar = "the guards see the stand in time"
+    settings: ClassVar = ("guards.lag_stop_s",)
+    facts_as: ClassVar = "one"
+    docs: ClassVar = ("`lag`",)
+    turn: ClassVar = 130
+    in_journal: ClassVar = False
+
     stop_s: float
     fresh_s: float = 0.25
 
+    @classmethod
+    def made_for(cls, site: Site) -> Iterable[Self]:
+        """Return it for every controller."""
+        yield cls(site.table.lag_stop_s)
 
-@dataclass(frozen=True)
-class LagMemory:
-    """When the newest sample was fresh last, and when it was last seen to be younger than before.
+    def begin(self, wall_s: float) -> LagMemory:
+        """Return that the newest sample is fresh now."""
+        return LagMemory(wall_s)
 
-    Times of the wall and ages [s].
-    """
+    def look(self, memory: LagMemory, sight: Sight, beside: Beside) -> tuple[LagMemory, Found]:
+        """Judge how old the newest sample was at a look at the status."""
+        if not isinstance(sight, Snapshot):
+            return memory, None
+        return evaluate_lag(
+            self,
+            memory,
+            age_s=sight.age_s,
+            up_to_date=sight.up_to_date,
+            at_s=beside.at_s,
+            wall_s=beside.wall_s,
+        )
 
-    fresh_at_s: float
-    noted: bool = False
-    least_s: float = math.inf
-    least_at_s: float = 0.0
+    def after(self, memory: LagMemory, happening: Happening) -> LagMemory | None:
+        """Return its memory; from the end of an outage it counts anew."""
+        return (
+            LagMemory(happening.wall_s)
+            if isinstance(happening, CameBack)
+            else super().after(memory, happening)
+        )
+
+    def margin(self, memory: LagMemory, beside: Beside) -> Margin:
+        """Return for how long the newest sample has not been fresh."""
+        behind_s = beside.wall_s - memory.fresh_at_s
+        text = f"{behind_s:.1f} s behind, trips after {self.stop_s:g} s"
+        return Margin("lag", "reader behind the stand", text, behind_s / self.stop_s, Action.STOP)
 
 
 def evaluate_lag(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.panel import CONTROLLER_STREAM
+from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.scaling import ScaledBlock
 
 

@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import (
+    BegunAnew,
+    Happening,
+    PassOver,
+    Samples,
+    Sight,
+    Snapshot,
+    SwitchedOn,
+    ValveExpected,
+)
+from bufferstand.daq.guard_site import CONTROLLER_STREAM, Site
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.tripped import Limited
 from bufferstand.drivers.cia402 import RESET_FORCE_MAX_KN
@@ -30,28 +44,6 @@ def fault_text(code: int) -> str:
 
 
 @dataclass(frozen=True)
-class ControllerGuard:
-    """The controller must deliver samples, count its heartbeat, lose little, and not act by itself.
-
-    Parameters
-    ----------
-    silence_s : float
-        Without a new sample, or with a heartbeat that stands, for this long [s of the wall]: trip.
-    gap_stop_s : float
-        A gap in the samples shorter than this [s] is a note; a longer one left the guards blind: stop.
-    rate_Hz : float
-        Sample rate, to turn lost samples into time.
-    own_clock : bool
-        The device stamps its samples itself: a clock that does not count with them has jumped.
-    """
-
-    silence_s: float
-    gap_stop_s: float
-    rate_Hz: float
-    own_clock: bool = True
-
-
-@dataclass(frozen=True)
 class ControllerMemory:
     """What was last seen of the controller; times of the wall [s]."""
 
@@ -68,6 +60,78 @@ class ControllerMemory:
     """Whether this program has its valve on; None while that changes, and before."""
     valve_differs: bool = False
     """Whether the last snapshot showed otherwise."""
+
+
+@dataclass(frozen=True)
+class ControllerGuard(Guard[ControllerMemory]):
+    """The controller must deliver samples, count its heartbeat, lose little, and not act by itself.
+
+    Parameters
+    ----------
+    silence_s : float
+        Without a new sample, or with a heartbeat that stands, for this long [s of the wall]: trip.
+    gap_stop_s : float
+        A gap in the samples shorter than this [s] is a note; a longer one left the guards blind: stop.
+    rate_Hz : float
+        Sample rate, to turn lost samples into time.
+    own_clock : bool
+        The device stamps its samples itself: a clock that does not count with them has jumped.
+    """
+
+    kind: ClassVar = "controller"
+    title: ClassVar = "the controller delivers, loses little, and does not act by itself"
+    settings: ClassVar = ("guards.controller_silence_s", "guards.gap_stop_s")
+    facts_as: ClassVar = "one"
+    docs: ClassVar = ("`controller`", "`ring`")
+    turn: ClassVar = 50
+
+    silence_s: float
+    gap_stop_s: float
+    rate_Hz: float
+    own_clock: bool = True
+
+    @classmethod
+    def made_for(cls, site: Site) -> Iterable[Self]:
+        """Return it for every controller."""
+        facts, table = site.stand.controller.facts, site.table
+        yield cls(table.controller_silence_s, table.gap_stop_s, facts.rate_Hz, facts.clock == "device")
+
+    def begin(self, wall_s: float) -> ControllerMemory:
+        """Return that listening begins now."""
+        return ControllerMemory(wall_s, wall_s)
+
+    def look(self, memory: ControllerMemory, sight: Sight, beside: Beside) -> tuple[ControllerMemory, Found]:
+        """Judge gaps, snapshots, and silence at the end of a pass."""
+        match sight:
+            case Samples(block=block) if block.stream == CONTROLLER_STREAM:
+                after = replace(memory, sample_s=beside.wall_s) if len(block) else memory
+                return after, evaluate_gap(self, block)
+            case Snapshot(status=status):
+                limited = new_limit(memory, status)
+                after, trip = evaluate_status(memory, status, beside.at_s, beside.wall_s)
+                return after, trip and replace(trip, believed=limited is not None, limited=limited)
+            case PassOver() if not beside.cut_off:
+                return memory, evaluate_controller_silence(self, memory, beside.at_s, beside.wall_s)
+        return memory, None
+
+    def after(self, memory: ControllerMemory, happening: Happening) -> ControllerMemory | None:
+        """Return its memory; where its valve is to be stays when all else begins anew."""
+        match happening:
+            case BegunAnew(wall_s=wall_s):
+                return ControllerMemory(wall_s, wall_s, valve_on=memory.valve_on)
+            case SwitchedOn():
+                return replace(memory, forgiven=None)
+            case ValveExpected(on=on):
+                return replace(memory, valve_on=on, valve_differs=False)
+        return memory
+
+    def margin(self, memory: ControllerMemory, beside: Beside) -> Margin:
+        """Return how long ago a sample came, or the heartbeat counted."""
+        beat_s = memory.sample_s if memory.heartbeat is None else memory.heartbeat_s
+        silent_s = beside.wall_s - min(memory.sample_s, beat_s)
+        text = f"{silent_s:.1f} s ago, trips after {self.silence_s:g} s"
+        share = silent_s / self.silence_s
+        return Margin("silence controller", "silence of controller", text, share, Action.EMERGENCY)
 
 
 def new_limit(memory: ControllerMemory, status: ControllerStatus) -> Limited | None:

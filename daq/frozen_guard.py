@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
 import numpy as np
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import Phase, Samples, Sight
+from bufferstand.daq.guard_site import Site
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
+
+MEASURED = ("force", "stroke_1", "stroke_2", "position")
+"""Channels of the controller that must move when the command does."""
 
 
 @dataclass(frozen=True)
-class FrozenGuard:
+class FrozenMemory:
+    """The value, since when it stands [µs], and between which commands [mm]."""
+
+    value: float | None = None
+    since_us: int = 0
+    low_mm: float = 0.0
+    high_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class FrozenGuard(Guard[FrozenMemory]):
     """A channel that must change when the command does: noise alone alters the last digit.
 
     Parameters
@@ -26,20 +45,44 @@ class FrozenGuard:
         What the trip leads to.
     """
 
+    kind: ClassVar = "frozen"
+    title: ClassVar = "channels that stand still while the command moves"
+    settings: ClassVar = ("guards.action.frozen",)
+    facts_as: ClassVar = "list"
+    docs: ClassVar = ("`frozen …`",)
+    turn: ClassVar = 90
+    remembers: ClassVar = FrozenMemory
+    of_zero: ClassVar = True
+
     signal: str
     travel_mm: float = 3.0
     hold_s: float = 0.25
     action: Action = Action.STOP
 
+    @classmethod
+    def made_for(cls, site: Site) -> Iterable[Self]:
+        """Return one for each measured channel that the controller has."""
+        there = {channel.name for channel in site.stand.controller.facts.channels}
+        return (cls(name, action=site.does("frozen")) for name in MEASURED if name in there)
 
-@dataclass(frozen=True)
-class FrozenMemory:
-    """The value, since when it stands [µs], and between which commands [mm]."""
+    @property
+    def key(self) -> str:
+        """Return the channel."""
+        return self.signal
 
-    value: float | None = None
-    since_us: int = 0
-    low_mm: float = 0.0
-    high_mm: float = 0.0
+    def look(self, memory: FrozenMemory, sight: Sight, beside: Beside) -> tuple[FrozenMemory, Found]:
+        """Judge a block that has the channel."""
+        return evaluate_frozen(self, memory, sight.block) if isinstance(sight, Samples) else (memory, None)
+
+    def during(self, phase: Phase) -> Self | None:
+        """Return nothing where the piston follows no command, or comes nearer to what it measures."""
+        return None if phase in (Phase.VALVE_OFF, Phase.TOUCH) else self
+
+    def margin(self, memory: FrozenMemory, beside: Beside) -> Margin:
+        """Return how far the command has moved while the channel showed one value."""
+        name, moved_mm = f"frozen {self.signal}", memory.high_mm - memory.low_mm
+        text = f"stands while the command moved {moved_mm:.1f} of {self.travel_mm:g} mm"
+        return Margin(name, name, text, moved_mm / self.travel_mm, self.action)
 
 
 def evaluate_frozen(

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import ClassVar, Self
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import Samples, Sight
+from bufferstand.daq.guard_site import Site
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
 
 WINDOW_S = 60.0
 """Missed cycles are counted over so long [s of the controller's clock]."""
 
 
+MissedMemory = tuple[tuple[int, int], ...]
+"""Time stamp [µs] behind each gap of the last minute, and the cycles that were missed there."""
+
+
 @dataclass(frozen=True)
-class MissedGuard:
+class MissedGuard(Guard[MissedMemory]):
     """The controller may miss so many cycles of its loop in a minute; none of them has a sample.
 
     Parameters
@@ -21,11 +31,30 @@ class MissedGuard:
         More than this stops.
     """
 
+    kind: ClassVar = "missed"
+    title: ClassVar = "cycles that the controller misses"
+    settings: ClassVar = ("guards.missed_cycles_max_per_min",)
+    facts_as: ClassVar = "one"
+    docs: ClassVar = ("`missed cycles`",)
+    turn: ClassVar = 60
+    remembers: ClassVar = tuple
+
     most_per_min: int
 
+    @classmethod
+    def made_for(cls, site: Site) -> Iterable[Self]:
+        """Return it for every controller."""
+        yield cls(site.table.missed_cycles_max_per_min)
 
-MissedMemory = tuple[tuple[int, int], ...]
-"""Time stamp [µs] behind each gap of the last minute, and the cycles that were missed there."""
+    def look(self, memory: MissedMemory, sight: Sight, beside: Beside) -> tuple[MissedMemory, Found]:
+        """Count the cycles that were missed before a block."""
+        return evaluate_missed(self, memory, sight.block) if isinstance(sight, Samples) else (memory, None)
+
+    def margin(self, memory: MissedMemory, beside: Beside) -> Margin:
+        """Return the cycles of the minute that ended with the last gap."""
+        cycles = sum(missed for _, missed in memory)
+        text = f"{cycles} missed within {WINDOW_S:g} s, trips above {self.most_per_min}"
+        return Margin("missed cycles", "missed cycles", text, cycles / (self.most_per_min + 1), Action.STOP)
 
 
 def evaluate_missed(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
@@ -22,10 +22,12 @@ from bufferstand.daq.before_start import (
     wires_doubt,
     zero_trouble,
 )
+from bufferstand.daq.channel_guard import DEFAULT_TILT_MM
 from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.guard_site import ACTIONS
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.kept_zero import keep_zero, zero_to_take
-from bufferstand.daq.limits import ACTIONS, DEFAULT_TILT_MM, guards_for
+from bufferstand.daq.limits import guards_for
 from bufferstand.daq.metadata import CampaignFacts
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.passes import Passes
@@ -39,9 +41,9 @@ from bufferstand.daq.signals import StopLevel, StopRequest
 from bufferstand.daq.stand_use import await_free, look_at_use, use_trouble
 from bufferstand.daq.start_band import begins_with_a_wait
 from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.validity import expired_calibrations
-from bufferstand.daq.wiring import WiringGuard, doubt_trip
-from bufferstand.daq.wiring.expected import wiring_guard
+from bufferstand.daq.wiring import doubt_trip
 from bufferstand.daq.zero_limits import ZeroLimits
 from bufferstand.daq.zeroing import Zeroing
 from bufferstand.drivers.interfaces import Stand
@@ -65,7 +67,8 @@ def trip_at(clock: Clock, guard: str, reason: str, *, device_fault: bool = True)
 def guards_of(plan: Plan, step: PlannedStep, base: GuardSet, *, waiting: bool) -> GuardSet:
     """Return the guards with a step's own temperature limits; ``waiting`` for the specimen to cool or not."""
     limits = limits_of(step, plan.campaign.limits)
-    guards = base.stopping_at(limits.temperature_stop_C, limits.temperature_resume_C)
+    stop_C, resume_C = limits.temperature_stop_C, limits.temperature_resume_C
+    guards = base.changed(TemperatureGuard, lambda one: one.stopping_at(stop_C, resume_C))
     return guards.cooling() if waiting else guards
 
 
@@ -146,8 +149,10 @@ class Opening:
             ambient=self.facts.ambient(),
             table=self.table,
             stand_tilt_mm=self._stand_table().get("tilt_max_mm"),
+            plan=self.plan,
+            predictor=self.predictor,
+            speed=self.settings.speed,
         )
-        base = replace(base, wiring=self._wiring())
         guards = guards_of(self.plan, steps[0], base, waiting=begins_with_a_wait(steps[0])) if steps else base
         panel = GuardPanel(guards.first_look(), wall_s=self.clock.wall_s())
         acquisition = Acquisition(
@@ -320,18 +325,6 @@ class Opening:
         for text in (why, "" if trip is None else trip.reason):
             if text:
                 self.showing.message(f"WARNING: {text}")
-
-    def _wiring(self) -> WiringGuard:
-        """Return what the signals are held against."""
-        return wiring_guard(
-            self.plan,
-            self.stand,
-            self.predictor,
-            action=ACTIONS[self.table.action.wiring],
-            force_factor=self.table.force_against_model_factor,
-            ambient=self.facts.ambient(),
-            speed=self.settings.speed,
-        )
 
     def _zeroing(self, acquisition: Acquisition, driver: Driver) -> Zeroing:
         content = self.plan.campaign.content

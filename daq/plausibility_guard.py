@@ -7,8 +7,13 @@ show is stated with it (``plausible`` in the stand file); without that, nothing 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import Samples, Sight
+from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
 from bufferstand.foundation.channel import Channel
@@ -91,3 +96,34 @@ class PlausibilityGuard:
             time_us=int(scaled.time_us[one.first]),
             device_fault=action is not Action.NOTE,
         )
+
+
+@dataclass(frozen=True)
+class TransducerGuard(Guard["PlausibilityGuard | None"]):
+    """The controller's transducers must read what they can; their channels state that."""
+
+    kind: ClassVar = "plausibility"
+    title: ClassVar = "transducers whose readings cannot be true"
+    settings: ClassVar = ()
+    facts_as: ClassVar = "none"
+    docs: ClassVar = ("`plausibility of …`",)
+    turn: ClassVar = 1
+    in_journal: ClassVar = False
+    lasting: ClassVar = True
+    standing: ClassVar = True
+
+    def look(
+        self, memory: PlausibilityGuard | None, sight: Sight, beside: Beside
+    ) -> tuple[PlausibilityGuard | None, Found]:
+        """Judge the counts of a block of the controller."""
+        if not isinstance(sight, Samples) or sight.block.stream != CONTROLLER_STREAM:
+            return memory, None
+        if sight.raw is None or sight.facts is None:
+            return memory, None
+        memory = memory or PlausibilityGuard(sight.facts)
+        return memory, memory.look(sight.raw, sight.block)
+
+    def margin(self, memory: PlausibilityGuard | None, beside: Beside) -> Margin:
+        """Return what it watches for."""
+        text = f"readings must be possible; an end of the range counts after {HOLD_S * 1e3:g} ms"
+        return Margin("plausibility", "plausibility of transducers", text, None, Action.EMERGENCY)

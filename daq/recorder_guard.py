@@ -3,39 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import ClassVar, Self
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import Happening, Recorded, Recording, RunBegun, Sight
+from bufferstand.daq.guard_site import Site
 from bufferstand.daq.guards import Action, Trip
-
-
-class Recording(Protocol):
-    """What is looked at of a recorder (:class:`bufferstand.recording.writer.RunRecorder`)."""
-
-    @property
-    def written(self) -> int:
-        """Samples of the controller handed to the file."""
-        ...
-
-    @property
-    def durable(self) -> int:
-        """Samples of the controller known to be on the disk."""
-        ...
-
-    @property
-    def failure(self) -> Exception | None:
-        """Why it can no longer record, None while it can."""
-        ...
-
-    @property
-    def disk_warning(self) -> str | None:
-        """Why the disk will soon be full, None while it will not."""
-        ...
-
-    @property
-    def renewals(self) -> Sequence[str]:
-        """Why a journal file was given up for a new one."""
-        ...
+from bufferstand.daq.margin import Margin
 
 
 class RecorderGuard:
@@ -94,6 +70,61 @@ class RecorderGuard:
             return [self._stop(text, at_s)]
         return [Trip("recorder", Action.NOTE, text, at_s, value=late_s, limit=self._stop_s, unit="s")]
 
+    @property
+    def late_s(self) -> float:
+        """Return for how long something has waited for the disk [s]."""
+        return 0.0 if self._has_all else self._steady_s() - self._moved_s
+
     @staticmethod
     def _stop(why: str, at_s: float) -> Trip:
         return Trip("recorder", Action.STOP, why, at_s, device_fault=True)
+
+
+@dataclass(frozen=True)
+class DiskGuard(Guard[RecorderGuard]):
+    """What was written may wait for the disk so long.
+
+    Parameters
+    ----------
+    stop_s : float
+        Longer stops [s]; a fifth of it is noted.
+    """
+
+    kind: ClassVar = "disk_stop_s"
+    title: ClassVar = "the recording takes what comes"
+    settings: ClassVar = ("guards.disk_stop_s",)
+    facts_as: ClassVar = "one"
+    docs: ClassVar = ("`recorder`",)
+    turn: ClassVar = 140
+    in_journal: ClassVar = False
+    standing: ClassVar = True
+
+    stop_s: float = 10.0
+
+    @classmethod
+    def made_for(cls, site: Site) -> Iterable[Self]:
+        """Return it for every campaign."""
+        yield cls(site.table.disk_stop_s)
+
+    def begin(self, wall_s: float) -> RecorderGuard:
+        """Return that nothing waits."""
+        return RecorderGuard(self.stop_s)
+
+    def look(self, memory: RecorderGuard, sight: Sight, beside: Beside) -> tuple[RecorderGuard, Found]:
+        """Judge the recorder."""
+        return memory, memory.look(sight.recorder, beside.at_s) if isinstance(sight, Recorded) else None
+
+    def after(self, memory: RecorderGuard, happening: Happening) -> RecorderGuard:
+        """Return its memory; that of another run begins anew."""
+        if isinstance(happening, RunBegun):
+            memory.begin()
+        return memory
+
+    def margin(self, memory: RecorderGuard, beside: Beside) -> Margin:
+        """Return for how long something has waited."""
+        text = f"{memory.late_s:.1f} s behind, trips after {self.stop_s:g} s"
+        return Margin("disk", "disk", text, memory.late_s / self.stop_s, Action.STOP)
+
+    def facts(self) -> float:
+        """Return its limit alone."""
+        return self.stop_s

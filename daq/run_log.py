@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.daq.complaints import Complaints
-from bufferstand.daq.recorder_guard import Recording
+from bufferstand.daq.guard_sights import Recording
 from bufferstand.drivers.interfaces import SensorFault
 from bufferstand.foundation.clock import Clock
 

@@ -31,6 +31,7 @@ from bufferstand.daq.stroke_agreement import Terms
 from bufferstand.daq.stroke_keeping import NOW_NAME, StrokeKeeper
 from bufferstand.daq.stroke_rows import add_strokes
 from bufferstand.daq.stroke_terms import SessionVoice, terms_for
+from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.warmed import Warmed
 from bufferstand.daq.warming import warm_up
 from bufferstand.daq.zero_limits import BEYOND_MM
@@ -458,7 +459,7 @@ class Session:
         alive = self._need()
         with self._watched():
             until_s = self._clock.now_s() + LATE_S
-            sensors = {guard.stream for guard in alive.guards.temperatures}
+            sensors = {guard.stream for guard in alive.guards.of(TemperatureGuard)}
             while sensors - alive.panel.latest_temperatures().keys() and self._clock.now_s() < until_s:
                 alive.driver.pump()
         return self.seen or Seen(0.0, None, None, None, 0.0)

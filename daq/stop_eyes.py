@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.panel import CONTROLLER_STREAM
+from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.release_bound import contact_of
 from bufferstand.daq.scaling import FORCES, ScaledBlock
 from bufferstand.daq.wiring.two_at_rest import apart_at_rest

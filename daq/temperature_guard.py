@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import Complaint, PassOver, Phase, Samples, Sight
+from bufferstand.daq.guard_site import Site
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.drivers.interfaces import SensorFault
 
@@ -17,7 +23,22 @@ SENSOR_RANGE_C = (-55.0, 125.0)
 
 
 @dataclass(frozen=True)
-class TemperatureGuard:
+class TemperatureMemory:
+    """What was last heard of a sensor; times of the wall [s]."""
+
+    since_s: float
+    """When listening began or the last true reading came."""
+    value_C: float | None = None
+    sequence: int | None = None
+    time_us: int | None = None
+    complaint: str = ""
+    same_since_s: float | None = None
+    frozen_said: bool = False
+    silence_said: bool = False
+
+
+@dataclass(frozen=True)
+class TemperatureGuard(Guard[TemperatureMemory]):
     """A temperature sensor that must speak, speak the truth, and stay below the stop threshold.
 
     Parameters
@@ -41,6 +62,16 @@ class TemperatureGuard:
         What an excess, and what silence leads to.
     """
 
+    kind: ClassVar = "temperatures"
+    title: ClassVar = "thermometers: the temperature stop, and whether they speak the truth"
+    settings: ClassVar = (
+        "limits.temperature_stop_C", "limits.temperature_resume_C", "limits.temperature_stale_s",
+        "guards.action.temperature", "guards.action.ambient_silence",
+    )  # fmt: skip
+    facts_as: ClassVar = "list"
+    docs: ClassVar = ("`temperature_n` (specimen)", "`temperature_n` (ambient)", "`temperature_n`")
+    turn: ClassVar = 20
+
     stream: str
     place: str
     stop_C: float | None
@@ -51,25 +82,72 @@ class TemperatureGuard:
     action: Action = Action.STOP
     silence_action: Action = Action.STOP
 
+    @classmethod
+    def made_for(cls, site: Site) -> Iterable[Self]:
+        """Return one for each thermometer; those that do not touch the specimen are only heard."""
+        limits = site.limits
+        for name, facts in site.thermometers.items():
+            ambient = name in site.ambient
+            yield cls(
+                name,
+                facts.channels[0].place,
+                None if ambient else limits.temperature_stop_C,
+                None if ambient else limits.temperature_resume_C,
+                limits.temperature_stale_s,
+                action=site.does("temperature"),
+                silence_action=site.does("ambient_silence") if ambient else Action.STOP,
+            )
+
+    @property
+    def key(self) -> str:
+        """Return the sensor's stream."""
+        return self.stream
+
+    def begin(self, wall_s: float) -> TemperatureMemory:
+        """Return that listening begins now."""
+        return TemperatureMemory(wall_s)
+
+    def look(
+        self, memory: TemperatureMemory, sight: Sight, beside: Beside
+    ) -> tuple[TemperatureMemory, Found]:
+        """Judge the sensor's readings, and its silence at the end of a pass."""
+        match sight:
+            case Samples(block=block) if block.stream == self.stream:
+                return evaluate_reading(self, memory, block, beside.wall_s)
+            case Complaint(fault=fault) if fault.stream == self.stream:
+                return evaluate_fault(memory, fault), None
+            case PassOver():
+                return evaluate_silence(self, memory, beside.at_s, beside.wall_s)
+        return memory, None
+
+    def during(self, phase: Phase) -> Self | None:
+        """Return it without its stop where a specimen may be warm: a silent sensor trips there, too."""
+        return replace(self, stop_C=None) if phase is Phase.COOLING else self
+
+    def stopping_at(self, stop_C: float, resume_C: float) -> Self:
+        """Return it with other thresholds, where it has any [°C]."""
+        return self if self.stop_C is None else replace(self, stop_C=stop_C, resume_C=resume_C)
+
+    def margin(self, memory: TemperatureMemory, beside: Beside) -> Margin:
+        """Return how much of the way from the air to its stop the specimen has gone; else its silence."""
+        action = self.silence_action if self.stop_C is None else self.action
+        if memory.value_C is None:
+            text = f"no reading yet (grace {self.grace_s:g} s)"
+            return Margin(self.stream, self.label, text, None, action)
+        silent_s, value_C = beside.wall_s - memory.since_s, memory.value_C
+        if self.stop_C is None:
+            text = f"{value_C:.1f} °C, {silent_s:.0f} s old"
+            return Margin(self.stream, self.label, text, silent_s / self.grace_s, action)
+        left_K = max(0.0, self.stop_C - value_C)
+        text = f"{value_C:.1f} of {self.stop_C:g} °C, {left_K:.1f} left, {silent_s:.0f} s old"
+        air_C = beside.ambient_C
+        share = (value_C - air_C) / (self.stop_C - air_C) if self.stop_C > air_C else value_C / self.stop_C
+        return Margin(self.stream, self.label, text, max(0.0, share), action)
+
     @property
     def label(self) -> str:
         """Return how a person calls the sensor."""
         return f"{self.stream} ({self.place})" if self.place else self.stream
-
-
-@dataclass(frozen=True)
-class TemperatureMemory:
-    """What was last heard of a sensor; times of the wall [s]."""
-
-    since_s: float
-    """When listening began or the last true reading came."""
-    value_C: float | None = None
-    sequence: int | None = None
-    time_us: int | None = None
-    complaint: str = ""
-    same_since_s: float | None = None
-    frozen_said: bool = False
-    silence_said: bool = False
 
 
 def evaluate_reading(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.collected import Collected
+from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.driving import Halt
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.scaling import FORCES
@@ -17,6 +18,7 @@ from bufferstand.daq.wiring import doubt_trip
 from bufferstand.daq.wiring.doubt import Doubt
 from bufferstand.daq.wiring.stretch import Stretch
 from bufferstand.daq.wiring.touch import Touch, doubt_of_touch, has_risen, scatter_doubt
+from bufferstand.daq.wiring_guard import SignalsGuard
 from bufferstand.drivers.interfaces import EndReason
 
 SIGNALS = ("command", "position", "stroke_1", "stroke_2", "force")
@@ -61,7 +63,7 @@ class TouchDoubts:
 
     def is_by_force(self, halt: Halt) -> bool:
         """Return whether a touch was ended by a force that may be late: what follows the stop tells it."""
-        return self._acquisition.panel.guards.wiring is not None and halt.trip.guard in FORCES
+        return self._acquisition.panel.guard(SignalsGuard) is not None and halt.trip.guard in FORCES
 
     def explained(self, halt: Halt, samples: Collected, asked_kN: float) -> Halt:
         """Return what stopped a touch, with what it says of the wiring where that is why."""
@@ -83,12 +85,12 @@ class TouchDoubts:
         Halt
             Where signals are held against each other, and a doubt stops the campaign.
         """
-        guard = self._acquisition.panel.guards.wiring
+        guard = self._acquisition.panel.guard(SignalsGuard)
         if guard is not None and guard.action is not Action.NOTE:
             raise Halt(self._trip(scatter_doubt(rest, second, given_kN), guard.action))
 
     def _doubted(self, samples: Collected, asked_kN: float, *, halted: bool = False) -> Trip | None:
-        guard = self._acquisition.panel.guards.wiring
+        guard = self._acquisition.panel.guard(SignalsGuard)
         touch = self._touch(samples, asked_kN, halted=halted)
         if guard is None or touch is None:
             return None
@@ -100,7 +102,7 @@ class TouchDoubts:
 
     def _touch(self, samples: Collected, asked_kN: float, *, halted: bool = False) -> Touch | None:
         """Return the touch as its samples show it, each moved by its stated delay; None without a guard."""
-        guard = self._acquisition.panel.guards.wiring
+        guard = self._acquisition.panel.guard(SignalsGuard)
         if guard is None or len(samples) < 2:
             return None
         time_s = samples.time_s()
@@ -111,7 +113,8 @@ class TouchDoubts:
             if len(value) == len(time_s):
                 late_s = force_late_s - guard.delays_s.get(name, 0.0)
                 values[name] = value if not late_s else np.interp(time_s - late_s, time_s, value)
-        own_clock = self._acquisition.panel.guards.controller.own_clock
+        controller = self._acquisition.panel.guard(ControllerGuard)
+        own_clock = controller is not None and controller.own_clock
         second_s = samples.other_time_s("force_2", device_clock=own_clock)
         second_s = second_s + force_late_s - guard.delays_s.get("force_2", 0.0)
         status = self._acquisition.latest.status

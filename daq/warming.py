@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.driving import Driver
 from bufferstand.daq.sensor_drift import SLOPE_NOISE_K_PER_S, WINDOW_S, Drift, Lag, SensorDrift
+from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.warmed import Warmed
 from bufferstand.protocols.evenness import EVEN_LAGS, UNKNOWN_LAG_S, even_within_K, seen_too_late
 from bufferstand.protocols.steps import ForceCycles, Harmonic, Motion, PlannedStep, StaticCycles, Warmth
@@ -79,7 +80,7 @@ class _Warming:
         self._driver, self._acquisition = driver, acquisition
         panel = acquisition.panel
         touching = frozenset(
-            guard.stream for guard in panel.guards.temperatures if guard.resume_C is not None
+            guard.stream for guard in panel.guards.of(TemperatureGuard) if guard.resume_C is not None
         )
         self.drift = SensorDrift(panel.latest_temperatures, touching)
         heating = step.heating

@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.collected import Collected
 from bufferstand.daq.driving import Driver, Halt
-from bufferstand.daq.guards import Action, ChannelGuard, Trip
+from bufferstand.daq.guard_sights import Phase
+from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.panel import GuardSet
 from bufferstand.daq.scaling import FORCES, STROKE_WIRES
 from bufferstand.daq.touch_doubts import TouchDoubts
@@ -291,21 +293,20 @@ class Zeroing:
 
     def _narrow(self, at_rest: Forces, force_kN: float) -> GuardSet:
         """Return the guards with the force's so far over that of the touch only, the second one's too."""
-        guards = self._acquisition.panel.guards
+        guards = self._acquisition.panel.guards.during(Phase.TOUCH)
         trips = {name: float(np.mean(values)) + force_kN + TRIP_OVER_KN for name, values in at_rest.items()}
-        narrow = [
-            replace(guard, upper=trips["force"] if guard.upper is None else min(guard.upper, trips["force"]))
-            if guard.signal == "force"
-            else guard
-            for guard in guards.channels
-        ]
-        if "force_2" in trips:  # whatever the controller's own force reads
-            label = "force_2 (the second way to the force)"
-            narrow.append(
-                ChannelGuard("force_2", "force_2", trips["force_2"], None, "kN", label, Action.EMERGENCY)
-            )
-        # A wire on the specimen stands still while the piston comes nearer: that is no frozen transducer.
-        return replace(guards, channels=tuple(narrow), frozen=()).comparing("piston")
+        most_kN = trips["force"]
+
+        def narrow(guard: ChannelGuard) -> ChannelGuard:
+            upper = most_kN if guard.upper is None else min(guard.upper, most_kN)
+            return replace(guard, upper=upper) if guard.signal == "force" else guard
+
+        guards = guards.changed(ChannelGuard, narrow)
+        if "force_2" not in trips:
+            return guards
+        label = "force_2 (the second way to the force)"  # whatever the controller's own force reads
+        second = ChannelGuard("force_2", "force_2", trips["force_2"], None, "kN", label, Action.EMERGENCY)
+        return GuardSet(guards, second)
 
     def _stand(self, span_s: float) -> None:
         """Stand still for a while."""

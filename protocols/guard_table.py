@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, ModelWrapValidatorHandler, PrivateAttr, model_validator
 
 from bufferstand.foundation.clock import MISSED_CYCLES_MAX_PER_MIN
 from bufferstand.foundation.settings import Settings
@@ -113,3 +114,28 @@ class GuardTable(Settings):
     """The specimen's force may differ from that of its model by this factor, either way: right ones are up to
     40 % softer or stiffer; more than 5 would not see a decimal place."""
     action: GuardActions = GuardActions()
+    _own: Mapping[str, Mapping[str, Any]] = PrivateAttr(default_factory=dict)
+
+    @property
+    def own(self) -> Mapping[str, Mapping[str, Any]]:
+        """Tables ``[guards.KIND]`` of guards that bring their own settings: as they are written.
+
+        Which guards there are, and what may stand in their tables, is known where the stand is driven
+        (:func:`bufferstand.daq.guard_catalogue.demand_own_tables`).
+        """
+        return self._own
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _keep_own(cls, content: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Keep tables that are none of this schema; a key that is none of it stays unknown."""
+        if not isinstance(content, Mapping):
+            return handler(content)
+        own = {
+            key: value
+            for key, value in content.items()
+            if isinstance(value, Mapping) and key not in cls.model_fields
+        }
+        table = handler({key: value for key, value in content.items() if key not in own})
+        table._own = own
+        return table

@@ -59,9 +59,9 @@ def command(
     from bufferstand.cli.by_hand import consent, ended, moving, opened
     from bufferstand.cli.gone import say
     from bufferstand.cli.movement import touch_rows
+    from bufferstand.daq.channel_guard import DEFAULT_TILT_MM
     from bufferstand.daq.driving import Halt
     from bufferstand.daq.kept_zero import store_zero
-    from bufferstand.daq.limits import DEFAULT_TILT_MM
     from bufferstand.daq.manual import FORCE_MAX_KN, RELEASE_SPEED_MM_PER_S, ManualLimits
     from bufferstand.daq.zero_limits import BY_HAND, ZeroLimits
     from bufferstand.daq.zeroing import Zeroing

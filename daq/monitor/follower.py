@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from bufferstand.daq.monitor.campaign_view import FolderWatch, campaign_section, steps_section
-from bufferstand.daq.monitor.margins import Recent, margins, top_speed
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
 from bufferstand.daq.monitor.tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.view import View
@@ -58,7 +57,8 @@ class Follower:
         self._record: CampaignRecord | None = None
         self._heat: HeatBalance | None = None
         self._guards: dict[str, Any] = {}
-        self._recent = Recent()
+        self._margins: list[dict[str, Any]] = []
+        self._readings: dict[str, list[tuple[float, float]]] = {}
         self._progress: dict[str, Any] = {}
         self._lines: deque[dict[str, Any]] = deque(maxlen=LINES_KEPT)
         self._pace: deque[tuple[float, float]] = deque(maxlen=600)
@@ -177,32 +177,24 @@ class Follower:
 
     def _heard(self, packet: dict[str, Any]) -> None:
         self._heard_s = time.monotonic()
-        recent = self._recent
         for stream, new in packet.get("readings", {}).items():
-            kept = recent.readings.setdefault(stream, [])
+            kept = self._readings.setdefault(stream, [])
             kept.extend((at_s, value) for at_s, value in new)
             if len(kept) > 2 * SHOWN_READINGS:
                 del kept[1:-SHOWN_READINGS:2]
         if "guards" in packet:
             self._guards = packet["guards"] or {}
+        self._margins = packet.get("margins", self._margins)
         if packet.get("lines"):
             self._lines.extend(packet["lines"])
             self._view.put("events", list(self._lines))
         self._progress = packet.get("progress") or self._progress
         if "at_s" in packet:
             self._pace.append((packet["wall_s"], packet["at_s"]))
-            recent.silent_s = packet["silent_s"]
-            self._take_rows(packet["rows"], packet["extremes"], packet["at_s"])
-            recent.waiting_samples = self._progress.get("written", 0) - self._progress.get("durable", 0)
+            self._view.add_rows(packet["rows"])
         self._put_now(packet)
         if "end" in packet:
             self._view.put("end", packet["end"])
-
-    def _take_rows(self, rows: dict[str, Any], extremes: dict[str, Any], at_s: float) -> None:
-        if (speed := top_speed(rows)) is not None:
-            extremes = {**extremes, "speed": [0.0, speed]}
-        self._recent.add(at_s, extremes)
-        self._view.add_rows(rows)
 
     def _put_now(self, packet: dict[str, Any]) -> None:
         shown = {key: value for key, value in self._progress.items() if key != "warnings"}
@@ -249,21 +241,21 @@ class Follower:
         return time.monotonic() - self._heard_s < SILENT_S
 
     def _take_news(self, news: News) -> None:
-        now_s, recent = time.monotonic(), self._recent
+        now_s = time.monotonic()
+        self._margins = news.margins
         if news.guards is not None:
             self._guards = dict(news.guards)
         if news.lines:
             self._lines.extend(news.lines)
             self._view.put("events", list(self._lines))
         for stream, new in news.readings.items():
-            recent.readings.setdefault(stream, []).extend(new)
-            del recent.readings[stream][:-SHOWN_READINGS]
+            self._readings.setdefault(stream, []).extend(new)
+            del self._readings[stream][:-SHOWN_READINGS]
         self._heard_at.update(dict.fromkeys(news.heard, now_s))
-        recent.silent_s = {stream: round(now_s - at, 1) for stream, at in self._heard_at.items()}
         if not news.samples:
             return
         self._heard_s = now_s
-        self._take_rows(news.rows, news.extremes, news.at_s)
+        self._view.add_rows(news.rows)
         step = next((s for s in self._record.steps if s.status == "running"), None) if self._record else None
         self._progress = {
             "step": step.index if step else 0,
@@ -274,7 +266,7 @@ class Follower:
             "cycles": 0,
             "force_kN": news.values.get("force"),
             "stroke_mm": news.values.get("stroke"),
-            "temperatures_C": {name: kept[-1][1] for name, kept in recent.readings.items() if kept},
+            "temperatures_C": {name: kept[-1][1] for name, kept in self._readings.items() if kept},
             "temperature_limit_C": None,
             "elapsed_s": None,
             "remaining_s": None,
@@ -282,7 +274,8 @@ class Follower:
             "written": self._progress.get("written", 0) + news.samples,
             "durable": None,
         }
-        self._put_now({"values": news.values, "silent_s": dict(recent.silent_s), "recording": True})
+        silent_s = {stream: round(now_s - at, 1) for stream, at in self._heard_at.items()}
+        self._put_now({"values": news.values, "silent_s": silent_s, "recording": True})
 
     def _let_go(self) -> None:
         if self._tail is not None:
@@ -300,18 +293,16 @@ class Follower:
         turn = 0
         while True:
             if self._guards and self.source in ("live", "journal"):
-                ambient_C = self._ambient_C()
-                shown = margins(self._guards, self._recent, ambient_C)
-                self._view.put("guards", [vars(margin) for margin in shown])
+                self._view.put("guards", self._margins)
                 if turn % 4 == 0:
-                    self._view.put("temperature", self._temperature(ambient_C))
+                    self._view.put("temperature", self._temperature(self._ambient_C()))
             turn += 1
             await asyncio.sleep(SLOW_S / 4.0)
 
     def _ambient_C(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Return the temperature of the air: a sensor's, if one is there for it, else the campaign file's."""
         for guard in self._guards.get("temperatures", []):
-            kept = self._recent.readings.get(guard["stream"])
+            kept = self._readings.get(guard["stream"])
             if guard["stop_C"] is None and guard["resume_C"] is None and kept:
                 return kept[-1][1]
         return float(self._record.plan["conditions"]["ambient_C"]) if self._record else 20.0
@@ -319,7 +310,7 @@ class Follower:
     def _temperature(self, ambient_C: float) -> dict[str, Any]:
         sensors = []
         for guard in self._guards.get("temperatures", []):
-            kept = self._recent.readings.get(guard["stream"], [])[-SHOWN_READINGS:]
+            kept = self._readings.get(guard["stream"], [])[-SHOWN_READINGS:]
             specimen = guard["resume_C"] is not None
             sensors.append(
                 {"name": guard["stream"], "place": guard["place"], "specimen": specimen, "points": kept}

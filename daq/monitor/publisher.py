@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.guard_site import CONTROLLER_STREAM, FORCE_2_STREAM
 from bufferstand.daq.monitor.rows import RowBuffer, finite
-from bufferstand.daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
+from bufferstand.daq.panel import GuardSet
 from bufferstand.daq.progress import Progress
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.foundation.line_socket import bind_for_oneself
@@ -36,6 +37,8 @@ LISTENERS = 4
 LINES_KEPT = 200
 READINGS_KEPT = 600
 """Of each temperature sensor; when there are more, every second one is forgotten."""
+MARGINS_S = 0.5
+"""Guards say how far they are from their trips this often [s of the wall]."""
 BUFFER_BYTES = 1 << 20
 LAST_WORD_S = 4.0
 """How the campaign ended waits so long, in all, for listeners that are behind [s]; it is safe by then."""
@@ -84,7 +87,7 @@ class Publisher:
         self._guards: GuardSet | None = None
         self._guards_text: Any = None
         self._at_s = 0.0
-        self._due_s = wall_s()
+        self._due_s = self._margins_due_s = wall_s()
 
     # --- what happens ------------------------------------------------------------------------------
 
@@ -195,8 +198,17 @@ class Publisher:
             "lost": latest.lost,
             "trip": None if trip is None else {"reason": trip.reason, **trip.facts()},
             "recording": acquisition.log.recorder is not None,
+            **self._margins(acquisition, now_s),
             **self._shown(),
         }
+
+    def _margins(self, acquisition: Acquisition, now_s: float) -> dict[str, Any]:
+        """Return how far every guard is from its trip, where that is due."""
+        if now_s < self._margins_due_s:
+            return {}
+        self._margins_due_s = now_s + MARGINS_S
+        margins = acquisition.panel.margins(acquisition.clock.wall_s())
+        return {"margins": [margin.as_dict() for margin in margins]}
 
     def _send_all(self, packet: dict[str, Any]) -> None:
         samples = len((packet.get("rows") or {}).get("t", ()))

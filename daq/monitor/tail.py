@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
@@ -10,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.daq.guard_site import CONTROLLER_STREAM, FORCE_2_STREAM
 from bufferstand.daq.monitor.rows import RowBuffer, finite
-from bufferstand.daq.panel import CONTROLLER_STREAM, FORCE_2_STREAM
+from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.scaling import scale
 from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
 from bufferstand.foundation.channel import Branch, Channel
@@ -37,6 +39,7 @@ class News:
     samples: int = 0
     lost: int = 0
     guards: Mapping[str, Any] | None = None
+    margins: list[dict[str, Any]] = field(default_factory=list)
     at_s: float = 0.0
     ended: bool = False
 
@@ -60,6 +63,8 @@ class JournalTail:
         self._reader = ChainReader(path)
         self._facts: dict[str, StreamFacts] | None = None
         self._guards: Mapping[str, Any] | None = None
+        self._panel: GuardPanel | None = None
+        """The guards of the run once more: they see what the journal holds, and show their margins."""
         self._branches: dict[str, Branch] = {}
         self._anchor: Anchor | None = None
         self._buffer = RowBuffer()
@@ -97,6 +102,8 @@ class JournalTail:
         news.rows, news.extremes = self._buffer.take()
         if self._anchor is not None:
             news.at_s = self._anchor.host_s + max(0.0, (newest_us - self._anchor.device_us) / 1e6)
+        if self._panel is not None:
+            news.margins = [margin.as_dict() for margin in self._panel.margins(time.monotonic())]
         return news
 
     def _understand(self, metadata: Mapping[str, Any]) -> None:
@@ -112,20 +119,29 @@ class JournalTail:
                 for name, content in metadata["streams"].items()
             }
             self._guards = metadata["limits"]["guards"]
+            self._panel = GuardPanel(GuardSet.from_dict(self._guards), wall_s=time.monotonic())
         except (KeyError, TypeError, ValueError) as error:
             raise BadInput(f"the journal's header cannot be understood ({error})", file=self.path) from None
         self._branches = {c.name: Branch() for facts in self._facts.values() for c in facts.channels}
 
     def _take(self, record: DataRecord, news: News, newest_us: int) -> None:
         assert self._facts is not None
-        block = SampleBlock(record.stream, record.sequence, record.time_us, record.counts, record.lost, 0.0)
+        assert self._panel is not None
+        last_us, main = int(record.time_us[-1]), record.stream == CONTROLLER_STREAM
+        recent = not main or newest_us - last_us <= BACKLOG_S * 1e6
+        at_s = last_us / 1e6
+        if main and self._anchor is not None:
+            at_s += self._anchor.host_s - self._anchor.device_us / 1e6
+        block = SampleBlock(record.stream, record.sequence, record.time_us, record.counts, record.lost, at_s)
         scaled = scale(block, self._facts[record.stream], self._branches)
+        if recent:
+            self._panel.observe(scaled, time.monotonic())
         news.heard.add(record.stream)
         news.values.update({name: finite(float(value[-1])) for name, value in scaled.values.items()})
-        if record.stream == CONTROLLER_STREAM:
+        if main:
             news.samples += len(scaled)
             news.lost += record.lost
-            if newest_us - int(record.time_us[-1]) <= BACKLOG_S * 1e6:
+            if recent:
                 self._buffer.add(scaled)
         elif record.stream != FORCE_2_STREAM and record.stream in scaled.values:
             news.readings.setdefault(record.stream, []).extend(

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.agreement_guard import AgreementGuard
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.guards import Action, AgreementGuard, ChannelGuard
+from bufferstand.daq.guards import Action
 from bufferstand.daq.pace import Pace
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.temperature_guard import TemperatureGuard
@@ -308,7 +310,7 @@ def test_a_second_force_that_disagrees_is_a_note_in_the_run() -> None:
     clock = FakeClock()
     amplifier = _Amplifier(clock, lambda _: 0.0, "force_2")
     amplifier.facts = type(amplifier.facts)("amplifier", "host", amplifier.facts.channels, 250.0, "fake")
-    guards = GuardSet(GUARDS.channels, (), GUARDS.controller, AgreementGuard(6.0))
+    guards = GuardSet(GUARDS.of(ChannelGuard), GUARDS.of(ControllerGuard), AgreementGuard(6.0))
     panel = GuardPanel(guards, wall_s=0.0)
     acquisition = Acquisition(Stand(FakeController(clock), (amplifier,)), clock, panel)
     recorder = ListRecorder()

@@ -223,8 +223,8 @@ def test_what_is_as_it_should_be_trips_nothing() -> None:
     for number in range(30):
         watched.observe(samples(1 + 400 * number, stroke=0.1, force=1.0, at=0), 0.4 * number)
         watched.observe(reading(21.0 + 0.3 * number, number, at_s=float(number)), 0.4 * number)
-        watched.judge(replace(STATUS, heartbeat=number), 0.4 * number, 0.4 * number)
-        watched.keep_up(age_s=0.2, up_to_date=False, at_s=0.4 * number, wall_s=0.4 * number)
+        status, at_s = replace(STATUS, heartbeat=number), 0.4 * number
+        watched.judge(status, at_s, at_s, age_s=0.2, up_to_date=False)
     assert watched.said() == []
 
 

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bufferstand.daq.agreement_guard import AgreementGuard, AgreementMemory, evaluate_agreement
+from bufferstand.daq.channel_guard import ChannelGuard, ChannelMemory, evaluate_channel
 from bufferstand.daq.controller_guard import (
     ControllerGuard,
     ControllerMemory,
@@ -17,16 +19,7 @@ from bufferstand.daq.controller_guard import (
     evaluate_gap,
     evaluate_status,
 )
-from bufferstand.daq.guards import (
-    Action,
-    AgreementGuard,
-    AgreementMemory,
-    ChannelGuard,
-    ChannelMemory,
-    Trip,
-    evaluate_agreement,
-    evaluate_channel,
-)
+from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.scaling import ScaledBlock, scale
 from bufferstand.daq.temperature_guard import (
     TemperatureGuard,

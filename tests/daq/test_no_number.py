@@ -17,7 +17,7 @@ from bufferstand.daq.panel import GuardPanel
 from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
 from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock, scale
 from bufferstand.daq.stand_use import use_trouble
-from bufferstand.daq.status_force import APART_KN, LASTS_S, StatusForceMemory, evaluate_status_force
+from bufferstand.daq.status_force_guard import APART_KN, LASTS_S, StatusForceMemory, evaluate_status_force
 from bufferstand.drivers.interfaces import (
     ControllerStatus,
     DeviceFault,

@@ -6,8 +6,9 @@ import json
 
 import numpy as np
 
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.guards import Action, ChannelGuard, Trip
+from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.temperature_guard import TemperatureGuard
@@ -73,7 +74,7 @@ def test_notes_are_said_and_never_latched() -> None:
 
 def test_an_excess_that_began_in_one_block_goes_on_in_the_next() -> None:
     watched = panel(
-        GuardSet((ChannelGuard("g", "e", 1.0, None, "mm", "e", hold_s=0.002),), (), GUARDS.controller)
+        GuardSet((ChannelGuard("g", "e", 1.0, None, "mm", "e", hold_s=0.002),), GUARDS.of(ControllerGuard))
     )
     for sample in range(3):
         assert watched.trip is None

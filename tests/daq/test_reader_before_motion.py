@@ -9,9 +9,10 @@ import pytest
 
 from benchmarks.runaway_causes import Stiff
 from bufferstand.daq.acquisition import Acquisition
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.driving import Driver, Halt
-from bufferstand.daq.guards import Action, ChannelGuard
+from bufferstand.daq.guards import Action
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.signals import StopRequest
 from bufferstand.drivers.simulated.inprocess import open_in_process

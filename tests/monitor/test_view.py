@@ -1,4 +1,4 @@
-"""What pages are told: every change once; margins; the journal's tail; the files in the wheel."""
+"""What pages are told: every change once; the journal's tail; the files in the wheel."""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ import json
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bufferstand.daq.monitor.app import CONTENT_TYPES, static_files
-from bufferstand.daq.monitor.margins import Recent, margins, top_speed
 from bufferstand.daq.monitor.tail import JournalTail, newest_journal
 from bufferstand.daq.monitor.view import KEPT_PACKETS, Cursor, View
 from bufferstand.recording.runfile import open_run
@@ -62,77 +60,6 @@ def test_no_age_without_a_sample_and_no_nan_ever() -> None:
         view.put("now", {"force_kN": float("nan")})
 
 
-# --- margins -----------------------------------------------------------------------------------------
-
-
-def recent(**extremes: tuple[float, float]) -> Recent:
-    seen = Recent()
-    seen.add(1.0, {name: list(span) for name, span in extremes.items()})
-    return seen
-
-
-GUARDS = {
-    "channels": [
-        {"name": "force", "signal": "force", "upper": 600.0, "lower": -50.0, "unit": "kN", "label": "force",
-         "action": "stop", "hold_s": 0.0}
-    ],
-    "temperatures": [
-        {"stream": "temperature_1", "place": "plate", "stop_C": 40.0, "resume_C": 30.0, "grace_s": 5.0,
-         "action": "stop", "silence_action": "stop"},
-        {"stream": "air", "place": "", "stop_C": None, "resume_C": None, "grace_s": 5.0,
-         "action": "stop", "silence_action": "note"},
-    ],
-    "controller": {"silence_s": 2.0},
-    "disk_stop_s": 10.0,
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("span", "share", "text"),
-    [
-        ((0.0, 300.0), 0.5, "300.0 of 600 kN, 300.0 left"),
-        ((-40.0, 300.0), 0.8, "-40.0 of -50 kN, 10.0 left"),
-        ((0.0, 612.0), 1.02, "612.0 of 600 kN, 0.0 left"),
-    ],
-)
-def test_the_nearer_side_counts(span: tuple[float, float], share: float, text: str) -> None:
-    margin = margins(GUARDS, recent(force=span), 20.0)[0]
-    assert (margin.share, margin.text) == (pytest.approx(share), text)
-
-
-def test_margins_of_temperature_and_silence() -> None:
-    seen = recent(force=(0.0, 1.0))
-    seen.readings = {"temperature_1": [(0.0, 35.0)], "air": [(0.0, 20.0)]}
-    seen.silent_s = {"temperature_1": 1.0, "air": 4.0, "controller": 0.5}
-    seen.waiting_samples, seen.rate_Hz = 2000, 1000.0
-    found = {margin.name: margin for margin in margins(GUARDS, seen, 20.0)}
-    assert found["temperature_1"].share == pytest.approx(0.75), "15 K of 20 K above the air"
-    assert "5.0 left" in found["temperature_1"].text
-    assert found["air"].share == pytest.approx(0.8), "only its silence counts"
-    assert found["silence controller"].share == pytest.approx(0.25)
-    assert found["disk"].share == pytest.approx(0.2)
-
-
-def test_a_peak_is_shown_for_ten_seconds_and_then_forgotten() -> None:
-    seen = recent(force=(0.0, 500.0))
-    seen.add(10.0, {"force": [0.0, 10.0]})
-    assert seen.span("force") == (0.0, 500.0)
-    seen.add(11.5, {"force": [0.0, 11.0]})
-    assert seen.span("force") == (0.0, 11.0)
-    assert seen.span("stroke") is None
-    seen.add(1.0, {"force": [0.0, 3.0]})  # another session: its clock begins anew
-    assert seen.span("force") == (0.0, 3.0)
-
-
-def test_the_speed_of_a_sine_is_its_amplitude_times_its_circular_frequency() -> None:
-    t = np.arange(0.0, 0.5, 0.005)
-    stroke = 20.0 * np.sin(2.0 * np.pi * 2.0 * t)
-    rows = {"t": np.rint(t * 1e4).astype(int).tolist(), "s": np.rint(stroke * 1000).astype(int).tolist()}
-    assert top_speed(rows) == pytest.approx(2.0 * np.pi * 2.0 * 20.0, rel=0.02)
-    assert top_speed({"t": [0], "s": [1]}) is None
-    assert top_speed({}) is None
-
-
 # --- the journal's tail ------------------------------------------------------------------------------
 
 
@@ -167,6 +94,10 @@ def test_the_journals_tail_says_what_the_run_file_will_say(tmp_path: Path) -> No
     lines = [line["text"] for one in news for line in one.lines]
     assert lines == [f"{event.kind}: {event.text}" for event in run.events]
     assert [bool(one.guards) for one in news].count(True) == 1
+    stroke = next(one for one in news[-1].margins if one["name"] == "stroke")
+    top_mm = max(tops)
+    assert stroke["share"] == pytest.approx(top_mm / 252.0, rel=1e-3), "the run's own guards see the journal"
+    assert "lag" not in {one["name"] for one in news[-1].margins}, "what a journal does not hold is not shown"
 
 
 # --- what is shipped ---------------------------------------------------------------------------------

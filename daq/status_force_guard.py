@@ -8,8 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
+from bufferstand.daq.guard_kind import Beside, Found, Guard
+from bufferstand.daq.guard_sights import Sight, Snapshot
 from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.margin import Margin
 
 APART_KN = 10.0
 """So much at least it may differ from the samples: it is read at another instant, by another calibration."""
@@ -25,6 +29,37 @@ class StatusForceMemory:
 
     since_s: float | None = None
     said: bool = False
+
+
+@dataclass(frozen=True)
+class StatusForceGuard(Guard[StatusForceMemory]):
+    """The controller's own reading of the force must be that of its samples."""
+
+    kind: ClassVar = "status force"
+    title: ClassVar = "the controller's own reading of the force"
+    settings: ClassVar = ()
+    facts_as: ClassVar = "none"
+    docs: ClassVar = ("`status force`",)
+    turn: ClassVar = 120
+    remembers: ClassVar = StatusForceMemory
+    in_journal: ClassVar = False
+    lasting: ClassVar = True
+    standing: ClassVar = True
+
+    def look(
+        self, memory: StatusForceMemory, sight: Sight, beside: Beside
+    ) -> tuple[StatusForceMemory, Found]:
+        """Hold a snapshot against the samples."""
+        if not isinstance(sight, Snapshot):
+            return memory, None
+        shown_kN, sampled_kN = sight.status.force_kN, sight.sampled_kN
+        return evaluate_status_force(memory, shown_kN, sampled_kN, at_s=beside.at_s, wall_s=beside.wall_s)
+
+    def margin(self, memory: StatusForceMemory, beside: Beside) -> Margin:
+        """Return for how long it has been wrong."""
+        wrong_s = 0.0 if memory.since_s is None else beside.wall_s - memory.since_s
+        text = f"wrong for {wrong_s:.1f} s" if wrong_s else f"within {APART_KN:g} kN of the samples"
+        return Margin("status force", "controller's own force", text, wrong_s / LASTS_S, Action.NOTE)
 
 
 def evaluate_status_force(
