@@ -101,4 +101,4 @@ class _Forked:
     def kill(self) -> None:
         if self.poll() is None:
             os.kill(self._pid, 9)
-            self.wait(10.0)
+            self.wait(60.0)

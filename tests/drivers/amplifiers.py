@@ -147,7 +147,7 @@ class RegisterAmplifier:
         self._line.stop()
 
     def _do(self, work: Coroutine[Any, Any, _Got]) -> _Got:
-        return asyncio.run_coroutine_threadsafe(work, self._loop).result(10)
+        return asyncio.run_coroutine_threadsafe(work, self._loop).result(60)
 
 
 def until(done: Callable[[], bool]) -> None:

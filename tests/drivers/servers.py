@@ -198,7 +198,7 @@ def pymodbus_server(device: RingDevice) -> Iterator[int]:
 
     thread = threading.Thread(target=lambda: asyncio.run(serve()))
     thread.start()
-    assert ready.wait(10.0)
+    assert ready.wait(60.0)
     try:
         yield facts["port"]
     finally:

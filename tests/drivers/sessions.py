@@ -138,7 +138,7 @@ SESSIONS: dict[str, Callable[[StandFile], dict[str, Any]]] = {
 
 
 def until(done: Callable[[], bool]) -> None:
-    end_s = time.monotonic() + 20.0
+    end_s = time.monotonic() + 60.0
     while not done():
         assert time.monotonic() < end_s
         time.sleep(0.005)

@@ -81,10 +81,10 @@ def line(profile: Profile, tmp_path: Path) -> Iterator[tuple[RtuWire, Script, Ri
         server.stop()
 
     with loop_thread() as loop:
-        asyncio.run_coroutine_threadsafe(start(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(start(), loop).result(60)
         with noisy.line(tmp_path, script, tmp_path / "server") as between:
             yield RtuWire(between.near, baud=115200), script, device
-        asyncio.run_coroutine_threadsafe(stop(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(stop(), loop).result(60)
 
 
 @pytest.mark.parametrize("deed", [lost, late, altered, cut_short])
@@ -152,7 +152,7 @@ def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, t
         return [(0.0, frame[:17] + bytes([frame[17] ^ 0x40]) + frame[18:])]
 
     with loop_thread() as loop:
-        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
+        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(60)
         with noisy.noisy_tcp(port, script) as between:
             controller = RingController(
                 ModbusLink(TcpWire("127.0.0.1", between), timeout_s=1.0), profile, CHANNELS, WallClock()
@@ -169,7 +169,7 @@ def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, t
                 controller.start_ramp(target_mm=20.0, speed_mm_per_s=5.0)
             assert len(device.executed) == 1
             controller.close()
-        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(60)
 
 
 def test_no_such_line(tmp_path: Path) -> None:
@@ -193,7 +193,7 @@ def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
     stand = simulated_device(tmp_path)
     server = ModbusStandServer(Responder(RegisterBank(stand, profile), bool, lambda: False), 1)
     with loop_thread() as loop:
-        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
+        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(60)
         first, second = (
             RingController(ModbusLink(TcpWire("127.0.0.1", port)), profile, CHANNELS, WallClock())
             for _ in range(2)
@@ -221,7 +221,7 @@ def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
         assert stand.controller.valve_on
         first.close()
         second.close()
-        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(60)
 
 
 def test_a_line_too_slow_for_the_ring_is_said(

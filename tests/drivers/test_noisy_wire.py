@@ -67,10 +67,10 @@ def noisy_wire(kind: str, bank: Bank, noise: Noise, folder: Path) -> Iterator[Wi
     with loop_thread() as loop:
         if kind == "TCP":
             tcp = ModbusStandServer(Responder(bank, bool, lambda: False), 1)
-            port = asyncio.run_coroutine_threadsafe(tcp.start("127.0.0.1", 0), loop).result(10)
+            port = asyncio.run_coroutine_threadsafe(tcp.start("127.0.0.1", 0), loop).result(60)
             with noisy.noisy_tcp(port, noise) as between:
                 yield TcpWire("127.0.0.1", between)
-            asyncio.run_coroutine_threadsafe(tcp.stop(), loop).result(10)
+            asyncio.run_coroutine_threadsafe(tcp.stop(), loop).result(60)
             return
         rtu = RtuStandServer(Responder(bank, bool, lambda: False), 1)
 
@@ -80,10 +80,10 @@ def noisy_wire(kind: str, bank: Bank, noise: Noise, folder: Path) -> Iterator[Wi
         async def stop() -> None:
             rtu.stop()
 
-        asyncio.run_coroutine_threadsafe(start(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(start(), loop).result(60)
         with noisy.line(folder, noise, folder / "server") as line:
             yield RtuWire(line.near, baud=115200)
-        asyncio.run_coroutine_threadsafe(stop(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(stop(), loop).result(60)
 
 
 def connected(controller: RingController) -> None:

@@ -112,12 +112,12 @@ def served(tmp_path: Path) -> Iterator[Served]:
 
     server = ModbusStandServer(Responder(bank, advance, lambda: state["cut"]), 1)
     with loop_thread() as loop:
-        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
+        port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(60)
         link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=0.2)
         controller = PollingController(link, POLLING, CHANNELS, WallClock(), timeout_s=2.0)
         yield Served(controller, stand, state)
         controller.close()
-        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(server.stop(), loop).result(60)
 
 
 def read_until(controller: PollingController, samples: int) -> list[tuple[int, int]]:

@@ -61,7 +61,7 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     path.write_text(text.replace("port = 15020", f"port = {port}"), encoding="utf-8")
     yield path
     process.send_signal(signal.SIGINT)
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     process.stdout.close()
 
 
@@ -146,4 +146,4 @@ def in_terminal(width: int, *arguments: str) -> tuple[int, str]:
         pass
     finally:
         os.close(master)
-    return process.wait(10), shown.decode()
+    return process.wait(60), shown.decode()

@@ -58,7 +58,7 @@ def witness() -> Iterator[Witness]:
         thread.start()
         yield watching
         server.shutdown(socket.SHUT_RDWR)
-    thread.join(10.0)
+    thread.join(60.0)
 
 
 def test_a_rehearsal_is_resumed_as_one_and_the_real_stand_sees_nobody(tmp_path: Path) -> None:

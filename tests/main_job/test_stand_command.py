@@ -48,7 +48,7 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     path.write_text((text + OFF).replace("port = 15020", f"port = {port}"), encoding="utf-8")
     yield path
     process.send_signal(signal.SIGINT)
-    assert process.wait(20) == 0
+    assert process.wait(60) == 0
     process.stdout.close()
 
 

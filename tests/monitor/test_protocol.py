@@ -73,7 +73,7 @@ def test_rows_come_at_most_twenty_times_a_second_and_move_on(page: Page) -> None
         hear(wire, lambda k: k["rows"])
         began_s, messages, last_us = time.monotonic(), 0, 0
         while time.monotonic() - began_s < 1.5:
-            message = json.loads(wire.recv(timeout=10))
+            message = json.loads(wire.recv(timeout=60))
             messages += 1
             for packet in message.get("rows", []):
                 assert packet["t0_us"] > last_us
@@ -235,7 +235,7 @@ def _can_open(page: Page) -> bool:
 
 def test_connections_of_one_stranger_are_bounded(page: Page) -> None:
     page.enter(TOKENS.view)
-    held = [socket.create_connection(("127.0.0.1", page.port), timeout=10) for _ in range(60)]
+    held = [socket.create_connection(("127.0.0.1", page.port), timeout=60) for _ in range(60)]
     try:
         for wire in held:
             wire.sendall(b"GET / HTTP/1.1\r\n")  # and no more

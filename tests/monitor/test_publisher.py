@@ -210,7 +210,7 @@ def test_the_end_reaches_a_listener_that_is_behind(tmp_path: Path) -> None:
         reader = threading.Thread(target=read)
         reader.start()
         publisher.end("stopped", "by the operator")
-        reader.join(10.0)
+        reader.join(60.0)
         wire.close()
     assert packets[-1]["dropped"] > 0
     assert packets[-1]["end"] == {"status": "stopped", "reason": "by the operator"}

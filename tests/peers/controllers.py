@@ -89,7 +89,7 @@ class Running:
         if self.process.poll() is None:
             assert self.process.stdin is not None
             self.process.stdin.close()
-            self.process.wait(20)
+            self.process.wait(60)
         last = self.events()[-1]
         assert last["event"] == "bye"
         return last
@@ -169,6 +169,6 @@ def controller(case: Case, program: Path, folder: Path, *more: str) -> Iterator[
             if process.poll() is None and process.stdin is not None and not process.stdin.closed:
                 process.stdin.close()
                 try:
-                    process.wait(20)
+                    process.wait(60)
                 except subprocess.TimeoutExpired:
                     os.kill(process.pid, signal.SIGKILL)

@@ -76,7 +76,7 @@ def name_of(address: int) -> str:
 class ReadOnlyClient:
     """A Modbus TCP client that knows function 3 and no other: it cannot disturb what it looks at."""
 
-    def __init__(self, port: int, timeout_s: float = 10.0) -> None:
+    def __init__(self, port: int, timeout_s: float = 60.0) -> None:
         self._socket = socket.create_connection(("127.0.0.1", port), timeout_s)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._transaction = 0

@@ -96,19 +96,24 @@ def killed_while_another_waits(
 def refused_then_resumed(folder: Path, launcher: Launcher) -> list[str]:
     """A second run is refused under load and told by whom; the first is killed; a resume waits its turn."""
     with bench(folder, launcher) as stand:
-        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=4.0))
+        # Until the first is killed and its resume stopped, however long the others take to come.
+        campaign = stand.campaign("first", HOLD.format(stroke=30.0, duration=600.0))
         first = stand.run(campaign)
-        moves = stand.witness.wait_for(lambda look: look.force_kN > LOADED_kN / 2, PHASE_PATIENCE_S)
+        stand.witness.wait_for(lambda look: look.force_kN > LOADED_kN / 2, PHASE_PATIENCE_S)
         second = stand.run(stand.campaign("second", HOLD.format(stroke=25.0, duration=0.5)))
         wrong = [] if second.wait() == FAULT else [f"the second: {second.status}, {second.last_line}"]
         if str(first.pid) not in second.said:
             wrong.append(f"the second was not told the first's process: {second.last_line}")
-        at_kill = stand.witness.now
-        if moves is None or not first.alive or at_kill.force_kN < LOADED_kN:
+        at_kill = stand.witness.wait_for(_held, PHASE_PATIENCE_S, lambda: first.alive)
+        if at_kill is None:
             return [*wrong, f"the first did not hold to the kill: {first.last_line}"]
         killed_s = first.kill()
         resume = stand.resume(campaign)
-        if resume.wait() != COMPLETE:
+        stand.witness.wait_for(lambda look: look.safe, PHASE_PATIENCE_S)
+        if stand.witness.wait_for(_held, PHASE_PATIENCE_S, lambda: resume.alive) is None:
+            wrong.append(f"resume never held: {resume.last_line}")
+        resume.send(signal.SIGINT)
+        if resume.wait() != STOPPED:
             wrong.append(f"resume ended with {resume.status}: {resume.last_line}")
         safe_s, bound_s = stand.witness.safe_since(killed_s), stated_s(stand, at_kill.values["position_mm"])
         if safe_s is None or safe_s - killed_s > bound_s:

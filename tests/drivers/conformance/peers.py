@@ -75,4 +75,4 @@ def running(*command: str) -> Iterator[int]:
             yield int(port)
         finally:
             process.stdin.close()
-            process.wait(20)
+            process.wait(60)

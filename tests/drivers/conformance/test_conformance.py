@@ -57,8 +57,8 @@ def libmodbus_wire(request: pytest.FixtureRequest, libmodbus_server: Path, tmp_p
 
 
 def ring_at(wire: Wire, profile: Profile) -> RingController:
-    link = ModbusLink(wire, timeout_s=2.0)
-    return RingController(link, profile, CHANNELS, WallClock(), timeout_s=2.0)
+    link = ModbusLink(wire, timeout_s=10.0)
+    return RingController(link, profile, CHANNELS, WallClock(), timeout_s=10.0)
 
 
 class TestLibmodbusServer:
@@ -99,7 +99,7 @@ class TestLibmodbusServer:
         controller.close()
 
     def test_an_address_that_is_not_there(self, libmodbus_wire: Wire) -> None:
-        link = ModbusLink(libmodbus_wire, timeout_s=2.0)
+        link = ModbusLink(libmodbus_wire, timeout_s=10.0)
         with pytest.raises(DeviceFault, match=r"Modbus exception 2 \(illegal data address\)"):
             link.read(600, 2, "nothing")
         assert link.read(0, 1, "type") == [0x4253]
@@ -108,8 +108,8 @@ class TestLibmodbusServer:
 
 def test_the_go_server_is_polled(go_server: Path) -> None:
     with peers.running(str(go_server), str(peers.free_port())) as port:
-        link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=2.0)
-        controller = PollingController(link, load_profile("polling"), CHANNELS, WallClock(), timeout_s=2.0)
+        link = ModbusLink(TcpWire("127.0.0.1", port), timeout_s=10.0)
+        controller = PollingController(link, load_profile("polling"), CHANNELS, WallClock(), timeout_s=10.0)
         try:
             assert controller.connect().serial == "163"
             controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=1000)

@@ -66,17 +66,17 @@ def served(tmp_path: Path) -> Iterator[Served]:
     loop = made.loop = asyncio.new_event_loop()
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
-    made.port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(10)
+    made.port = asyncio.run_coroutine_threadsafe(server.start("127.0.0.1", 0), loop).result(60)
     yield made
-    asyncio.run_coroutine_threadsafe(server.stop(), loop).result(10)
+    asyncio.run_coroutine_threadsafe(server.stop(), loop).result(60)
     loop.call_soon_threadsafe(loop.stop)
-    thread.join(10)
+    thread.join(60)
     loop.close()
 
 
 @pytest.fixture
 def client(served: Served) -> Iterator[ModbusTcpClient]:
-    made = ModbusTcpClient("127.0.0.1", port=served.port, timeout=10, retries=0)
+    made = ModbusTcpClient("127.0.0.1", port=served.port, timeout=60, retries=0)
     assert made.connect()
     yield made
     made.close()
@@ -250,7 +250,7 @@ def framed(request: bytes, transaction: int = 0, unit: int = 1) -> bytes:
 
 
 def raw(port: int) -> socket.socket:
-    return socket.create_connection(("127.0.0.1", port), timeout=10)
+    return socket.create_connection(("127.0.0.1", port), timeout=60)
 
 
 def receive(wire: socket.socket, length: int) -> bytes:
@@ -336,7 +336,7 @@ def test_a_link_cut_as_a_request_is_done_does_nothing_and_says_nothing(served: S
 def test_a_second_implementation_agrees(served: Served) -> None:
     """pyModbusTCP: reads, single and multiple writes, FC23 (its own encoding of each)."""
     served.per_request = 20
-    client = ModbusClient(host="127.0.0.1", port=served.port, unit_id=1, timeout=10, auto_open=True)
+    client = ModbusClient(host="127.0.0.1", port=served.port, unit_id=1, timeout=60, auto_open=True)
     assert client.read_holding_registers(0, 2) == [0x4253, 3]
     assert client.write_single_register(96, 0x000F)
     address, words = write_block(

@@ -72,10 +72,10 @@ def line(tmp_path: Path) -> Iterator[Line]:
         server.stop()
 
     with loop_thread() as loop:
-        asyncio.run_coroutine_threadsafe(start(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(start(), loop).result(60)
         made = Line(tmp_path / "wires" / "controller", state)
         yield made
-        asyncio.run_coroutine_threadsafe(stop(), loop).result(10)
+        asyncio.run_coroutine_threadsafe(stop(), loop).result(60)
         os.close(made.end)
     assert not (tmp_path / "wires" / "controller").is_symlink()
 

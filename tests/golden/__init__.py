@@ -1,0 +1,1 @@
+"""What the house said before issue 18 was begun, and that it says the same today."""
