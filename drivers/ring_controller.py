@@ -12,8 +12,7 @@ import numpy as np
 from bufferstand.drivers.delivery import WORK_S, Delivery
 from bufferstand.drivers.interfaces import ControllerStatus, Identity, SampleBlock, StreamFacts
 from bufferstand.drivers.missed_cycles import parted
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.packed_exchange import Exchange
+from bufferstand.drivers.modbus_link import Exchange, ModbusLink
 from bufferstand.drivers.profile import STATUS, Profile
 from bufferstand.drivers.register_controller import RegisterController
 from bufferstand.drivers.registers import pack
@@ -236,12 +235,12 @@ class RingController(RegisterController):
         for _ in range(2):
             wanted = self._window(reader.acknowledge)
             early, asked_s = self._link.has_asked_ahead, self._clock.wall_s()
-            packed = self._panel.ask_again(partial(self._link.exchange_packed, wanted))
+            registers = self._panel.ask_again(partial(self._link.exchange, wanted))
             if not early:
                 self._trip_s = self._clock.wall_s() - asked_s
                 self._trips.append(self._trip_s)
             try:
-                window = reader.look(packed)
+                window = reader.look(pack(registers))
                 self._full_blocks = self._full_blocks + 1 if reader.is_full(window) else 0
                 soon = self._trip_s < AHEAD_S or self._full_blocks >= BEHIND_BLOCKS
                 if soon and self._full_blocks and reader.is_checked:
@@ -263,6 +262,6 @@ class RingController(RegisterController):
             read_address=ring.address,
             read_count=ring.registers,
             write_address=self._acknowledge_at,
-            written=pack(self._profile.encode("ring_acknowledge", acknowledge)),
+            values=tuple(self._profile.encode("ring_acknowledge", acknowledge)),
             what="the sample ring",
         )

@@ -53,7 +53,7 @@ class TwoPrograms:
         self.written: list[tuple[float, bytes]] = []
         """What the campaign has written, with the time [s]; neither request numbers nor acknowledgements."""
         self.stand = behind_a_wire(self.opened, self.file, lambda: 0.001, lost=self._seen)
-        self.bank: RegisterBank = cast(Any, self.stand.controller)._link._responder._bank
+        self.bank: RegisterBank = cast(Any, self.stand.controller)._link._wire.responder._bank
         self.shown = Lines()
         self.request = StopRequest()
 
@@ -67,7 +67,7 @@ class TwoPrograms:
         """Return another program's driver of the same controller."""
         stand = behind_a_wire(self.opened, self.file, lambda: 0.001)
         link = cast(Any, stand.controller)._link
-        link._responder = cast(Any, self.stand.controller)._link._responder
+        link._wire.responder = cast(Any, self.stand.controller)._link._wire.responder
         stand.controller.connect()
         return stand.controller
 
