@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -77,6 +77,7 @@ class RingController(RegisterController):
         order = [name for name, _ in profile.ring.sample if name != "tick"]
         self._channels = tuple(by_name[name] for name in order)
         self._acknowledge_at = profile.find("ring_acknowledge").address
+        self._window = lru_cache(maxsize=1)(self._make_window)  # asked ahead, then asked for
         self._reader: RingReader | None = None
         self._trip_s = math.inf
         self._trips: deque[float] = deque(maxlen=TRIPS_KEPT)
@@ -255,7 +256,7 @@ class RingController(RegisterController):
         )
         raise self._panel.lost(problem) if altered else self._panel.fault(problem)
 
-    def _window(self, acknowledge: int) -> Exchange:
+    def _make_window(self, acknowledge: int) -> Exchange:
         """Return the transaction that acknowledges by sequence and reads the window from there on."""
         ring = self._profile.ring
         return Exchange(
