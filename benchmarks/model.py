@@ -1,4 +1,4 @@
-"""What the spring model costs beside a plain C loop of the same step, and a train beside real time.
+"""What the spring model costs beside a plain C loop of the same step.
 
     .venv/bin/python -m benchmarks.model [--samples 1000000] [--rounds 9]
 
@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.model import kernels
+from bufferstand.model.compiled import factors_of, law_of, rest_of
 from bufferstand.model.file import load_model
-from bufferstand.model.fleet import SpringFleet, factors_of, law_of, rest_of
 from bufferstand.model.isothermal import isothermal_force
 from bufferstand.model.spring import SpringModel, ViscousBranch
 from examples.train_impact import MODELS
@@ -123,30 +123,6 @@ def stepwise(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: in
     return theirs / ours
 
 
-def train(model: SpringModel, gaps: int, rounds: int, *, compiled: bool) -> float:
-    """Measure a train of 2 ``gaps`` springs at 1 ms; return how many times faster than real time it is."""
-    fleet = SpringFleet([model], np.zeros(2 * gaps, dtype=np.intp), 20.0, compiled=compiled)
-    mass_kg, steps = 60_000.0, 500
-    place, speed, force = np.zeros(gaps + 1), np.zeros(gaps + 1), np.zeros(gaps + 1)
-    speed[: gaps // 2] = 2.0
-
-    def run() -> None:
-        nonlocal place, speed, force
-        for _ in range(steps):
-            half = speed + 0.5 * STEP_S / mass_kg * force
-            place = place + 1e3 * STEP_S * half
-            closing = 0.5 * (place[:-1] - place[1:])
-            both = fleet.step(np.concatenate([closing, closing]), STEP_S)
-            between = 1e3 * (both[:gaps] + both[gaps:])
-            force = np.append(0.0, between) - np.append(between, 0.0)
-            speed = half + 0.5 * STEP_S / mass_kg * force
-
-    run()
-    faster = steps * STEP_S / best([run], rounds)[0]
-    print(f"train       {'compiled' if compiled else 'numpy':9} {faster:6.1f} times real time (at least 1)")
-    return faster
-
-
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
@@ -164,10 +140,6 @@ def main() -> None:
         isothermal(model, strokes, loops, chosen.rounds)
         if kernels.available():
             stepwise(model, strokes, loops, chosen.rounds)
-    print("train       100 wagons and a standing one, 200 springs, one viscous branch, steps of 1 ms")
-    train(model, 100, chosen.rounds, compiled=False)
-    if kernels.available():
-        train(model, 100, chosen.rounds, compiled=True)
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ from bufferstand.drivers.interfaces import Stand
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.stand_file import load_stand, with_endpoints
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.motions import Harmonic, RampTo
 from bufferstand.recording.writer import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
@@ -128,9 +129,9 @@ def acquiring(folder: Path) -> Iterator[Bench]:
         )
         acquisition = Acquisition(Stand(controller, ()), clock, GuardPanel(guards, wall_s=clock.wall_s()))
         controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=5000)
-        controller.start_ramp(target_mm=30.0, speed_mm_per_s=40.0)
+        controller.start(RampTo(target_mm=30.0, speed_mm_per_s=40.0))
         _wait(acquisition, 2.0)
-        controller.start_harmonic(mean_mm=30.0, amplitude_mm=15.0, frequency_Hz=1.0, cycles=5000)
+        controller.start(Harmonic(mean_mm=30.0, amplitude_mm=15.0, frequency_Hz=1.0, cycles=5000))
         _wait(acquisition, 2.0)
         recorder = RunRecorder(folder, "benchmark", _document(acquisition))
         acquisition.attach(recorder)

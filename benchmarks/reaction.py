@@ -47,6 +47,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import start_process, wires_folder
 from bufferstand.drivers.stand_file import load_stand, with_endpoints
 from bufferstand.foundation.clock import Clock, WallClock
+from bufferstand.foundation.motions import ControllerMotion, RampTo, StandStill
 from bufferstand.recording.writer import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
@@ -78,9 +79,12 @@ class Timed:
             self.least_s = min(self.least_s, block.received_s - int(block.time_us[-1]) / 1e6)
         return block
 
-    def start_hold(self) -> int:
-        """Hold, note the time, and end the trip."""
-        self.hold = self._controller.start_hold()
+    def start(self, motion: ControllerMotion, *, hurry: bool = False) -> int:
+        """Begin a motion; of a hold, note the time, and end the trip."""
+        number = self._controller.start(motion, hurry=hurry)
+        if not isinstance(motion, StandStill):
+            return number
+        self.hold = number
         self.acknowledged_s = self._clock.now_s()
         raise Stopped
 
@@ -120,7 +124,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
         limit_mm = random_.uniform(0.3, 0.7) * TOP_MM
         panel.reset()
         panel.change(_guards(limit_mm, up, rate_Hz))
-        controller.start_ramp(target_mm=TOP_MM if up else 0.0, speed_mm_per_s=SPEED_MM_PER_S)
+        controller.start(RampTo(target_mm=TOP_MM if up else 0.0, speed_mm_per_s=SPEED_MM_PER_S))
         try:
             while True:
                 driver.pump()
@@ -134,7 +138,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
         panel.reset()
         _until(driver, acquisition, controller.hold)
         target_mm = TOP_MM if up else 0.0
-        _until(driver, acquisition, controller.start_ramp(target_mm=target_mm, speed_mm_per_s=200.0))
+        _until(driver, acquisition, controller.start(RampTo(target_mm=target_mm, speed_mm_per_s=200.0)))
     controller.disable()
     recorder.close("complete")
     return np.array(found) - controller.least_s

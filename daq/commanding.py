@@ -18,6 +18,7 @@ from bufferstand.daq.stroke_command import commanded_sine, first_loading
 from bufferstand.daq.stroke_looking import Order, SineLook
 from bufferstand.daq.stroke_rows import StrokeRow
 from bufferstand.drivers.interfaces import Controller
+from bufferstand.foundation.motions import Commandable
 from bufferstand.protocols.commanded import Sine, piston_mm
 from bufferstand.protocols.steps import (
     Harmonic,
@@ -26,12 +27,10 @@ from bufferstand.protocols.steps import (
     PlannedStep,
     RampTo,
     RampToForce,
-    Release,
     StaticCycles,
     Turns,
 )
 
-Commandable = RampTo | Release | Harmonic | StaticCycles
 """The motions that a controller performs by itself."""
 
 NEAR_MEAN_MM = 0.3
@@ -190,27 +189,7 @@ class Commanding:
         DeviceFault
             If the wire fails.
         """
-        controller = self._controller
-        match self.commanded(motion):
-            case RampTo() as ramp:
-                return controller.start_ramp(target_mm=ramp.target_mm, speed_mm_per_s=ramp.speed_mm_per_s)
-            case Release() as release:
-                return controller.start_release(speed_mm_per_s=release.speed_mm_per_s)
-            case Harmonic() as sine:
-                return controller.start_harmonic(
-                    mean_mm=sine.mean_mm,
-                    amplitude_mm=sine.amplitude_mm,
-                    frequency_Hz=sine.frequency_Hz,
-                    cycles=sine.cycles,
-                )
-            case StaticCycles() as static:
-                return controller.start_static(
-                    speed_mm_per_s=static.speed_mm_per_s,
-                    force_limit_kN=static.force_limit_kN,
-                    stroke_limit_mm=static.stroke_limit_mm,
-                    cycles=static.cycles,
-                    pause_s=static.pause_s,
-                )
+        return self._controller.start(self.commanded(motion))
 
     @property
     def _compensates(self) -> bool:

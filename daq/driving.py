@@ -22,6 +22,7 @@ from bufferstand.daq.signals import StopLevel, StopRequest
 from bufferstand.daq.steadiness import SteadinessWatch
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason
 from bufferstand.foundation.errors import CommandRejected, WireLost
+from bufferstand.foundation.motions import StandStill
 from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,
@@ -462,7 +463,7 @@ class Driver:
     def _hold(self) -> int:
         self._acquisition.renew_status()
         with self._looking_between():
-            return self.outlasting(self._acquisition.stand.controller.start_hold)
+            return self.outlasting(lambda: self._acquisition.stand.controller.start(StandStill()))
 
     def outlasting(self, command: Callable[[], ResultT]) -> ResultT:
         """Give a command that does no harm twice; again where an outage in it was ridden out.
@@ -561,7 +562,7 @@ class Driver:
         """Arm a release behind the motion, where a stop needs several requests: this one takes one."""
         try:
             with self._looking_between():
-                self._acquisition.stand.controller.prepare_release(speed_mm_per_s=speed_mm_per_s)
+                self._acquisition.stand.controller.prepare(Release(speed_mm_per_s))
         except CommandRejected as rejected:  # it is armed when it is needed, as any other command
             self._acquisition.log.say("wire", f"no release could be made ready: {rejected}")
 

@@ -27,6 +27,7 @@ from bufferstand.drivers.interfaces import EndReason, Stand
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import DeviceFault
+from bufferstand.foundation.motions import RampTo, StandStill
 from bufferstand.foundation.specimen import Specimen
 from bufferstand.protocols.guard_table import GuardActions, GuardTable
 from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
@@ -211,7 +212,7 @@ class ManualStand:
             If a guard or the operator stops it.
         """
         controller = self._stand.controller
-        sequence = controller.start_ramp(target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
+        sequence = controller.start(RampTo(target_mm, speed_mm_per_s))
         self.acquisition.renew_status()
         while True:
             self.driver.pump()
@@ -236,7 +237,7 @@ class ManualStand:
         Halt
             If a guard or the operator stops it.
         """
-        sequence = self._stand.controller.start_hold()
+        sequence = self._stand.controller.start(StandStill())
         self.acquisition.renew_status()
         until_s = self._clock.now_s() + 2.0
         while self._clock.now_s() < until_s:

@@ -20,6 +20,7 @@ from bufferstand.daq.stop_eyes import Blind, Eyes
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge
+from bufferstand.foundation.motions import Release, StandStill
 
 VALVE_OFF = (MotionState.OFF, MotionState.READY)
 """States in which the actuator's valve is off."""
@@ -233,7 +234,7 @@ class SafeStop:
         """Hold; return whether the piston stands, or at least does not go on toward more force."""
         self._eyes.told()
         try:
-            sequence = self._controller.start_hold()
+            sequence = self._controller.start(StandStill())
         except CommandRejected as rejected:
             self._note(f"hold rejected: {rejected}")
             self._status = self._ask("status", self._controller.status) or self._status
@@ -248,8 +249,7 @@ class SafeStop:
 
     def _release(self, *, hurry: bool) -> None:
         def start() -> int:
-            speed = self._settings.release_speed_mm_per_s
-            return self._controller.start_release(speed_mm_per_s=speed, hurry=hurry)
+            return self._controller.start(Release(self._settings.release_speed_mm_per_s), hurry=hurry)
 
         self._eyes.told()
         self._bound_release()

@@ -18,6 +18,7 @@ from bufferstand.foundation.errors import CommandRejected as CommandRejected  # 
 from bufferstand.foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
 from bufferstand.foundation.errors import NotInCharge as NotInCharge  # noqa: PLC0414 - part of the interface
 from bufferstand.foundation.errors import WireLost as WireLost  # noqa: PLC0414 - part of the interface
+from bufferstand.foundation.motions import ControllerMotion, Release
 
 NO_REPLY = "no reply within"
 """Words of an event of the wire: a request was waited for in vain, and sent again."""
@@ -174,7 +175,7 @@ class StreamFacts:
 class Controller(Protocol):
     """The actuator controller. Every method may raise DeviceFault; none blocks longer than its timeout.
 
-    A motion is started by a ``start_…`` call that returns its sequence number; it has ended when
+    A motion is started by :meth:`start`, which returns its sequence number; it has ended when
     ``status().done_sequence`` equals it.
     """
 
@@ -247,7 +248,7 @@ class Controller(Protocol):
 
     @property
     def stops_at_once(self) -> bool:
-        """Whether :meth:`start_hold` takes a single request; where not, a release made ready is quicker."""
+        """Whether standing still takes a single request; where not, a release made ready is quicker."""
         ...
 
     @property
@@ -268,18 +269,11 @@ class Controller(Protocol):
         """
         ...
 
-    def start_hold(self) -> int:
-        """Stop where it stands and hold, with the first request; what became of it is seen afterwards."""
-        ...
+    def start(self, motion: ControllerMotion, *, hurry: bool = False) -> int:
+        """Begin a motion on the controller's own scale; get its sequence number.
 
-    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
-        """Move to a stroke at constant speed."""
-        ...
-
-    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
-        """Sine about ``mean_mm``, where it must stand already.
-
-        One cycle of growing amplitude in, ``cycles`` at full amplitude, one of falling amplitude out.
+        A sine must stand at its mean already, static cycles begin at zero. To stand still is begun with the
+        first request, and what became of it is seen afterwards; so is a release in a ``hurry``.
         """
         ...
 
@@ -297,24 +291,8 @@ class Controller(Protocol):
         """
         ...
 
-    def start_static(
-        self,
-        *,
-        speed_mm_per_s: float,
-        force_limit_kN: float,
-        stroke_limit_mm: float,
-        cycles: int,
-        pause_s: float,
-    ) -> int:
-        """Compress from zero at constant speed to a limit, unload at once to zero; ``cycles`` times."""
-        ...
-
-    def prepare_release(self, *, speed_mm_per_s: float) -> None:
-        """Have a release ready, so that starting it at this speed takes the least time."""
-        ...
-
-    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:
-        """Ramp to zero force; in a hurry with the first request, as a hold."""
+    def prepare(self, release: Release) -> None:
+        """Have a release ready, so that starting it takes the least time."""
         ...
 
     def reset_fault(self) -> None:

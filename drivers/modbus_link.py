@@ -10,21 +10,18 @@ from __future__ import annotations
 import logging
 import struct
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
-from typing import Literal, TypeVar
+from dataclasses import dataclass
+from typing import Literal
 
-from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ModbusException
 from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
 
-from bufferstand.drivers import packed_exchange
 from bufferstand.drivers.interfaces import NO_REPLY
 from bufferstand.drivers.modbus_wires import CannotOpenError, Client, TcpWire, Wire
-from bufferstand.drivers.packed_exchange import Exchange, PackedPort, PackedReply
-from bufferstand.drivers.registers import pack
 from bufferstand.foundation.errors import DeviceFault, WireLost
 
 # What pymodbus logs is said here as events and faults; without a handler Python would print it besides.
@@ -58,12 +55,36 @@ LONGER = 1.25
 _TIMED = 50
 """Replies of late by which the patience of a hurry goes."""
 _MOST_EVENTS = 1000
-_ILLEGAL_FUNCTION, _WRITE_ONE = 1, 6
+_ILLEGAL_FUNCTION, _WRITE_ONE, _EXCHANGE = 1, 6, 23
 _TROUBLE = (ModbusException, OSError, struct.error, ValueError, IndexError)
 """What a wire, or what came over it, raises."""
 
 
-_AnyReply = TypeVar("_AnyReply", ModbusPDU, PackedReply)
+@dataclass(frozen=True)
+class Exchange:
+    """One transaction: registers are written, then others are read.
+
+    Parameters
+    ----------
+    read_address, read_count : int
+        What is read.
+    write_address : int
+        Where is written.
+    values : tuple of int
+        What is written.
+    what : str
+        What is exchanged, for messages.
+    """
+
+    read_address: int
+    read_count: int
+    write_address: int
+    values: tuple[int, ...]
+    what: str
+
+    def __str__(self) -> str:
+        """Return what is asked, for messages."""
+        return f"exchanging {self.what} (FC23, {self.read_count} registers from {self.read_address})"
 
 
 def _nothing_doubtful(_registers: Sequence[int]) -> str:
@@ -119,9 +140,8 @@ class ModbusLink:
         self._device_id = device_id
         self._timeout_s = timeout_s
         self._client: Client | None = None
-        self._port: PackedPort | None = None
-        self._ahead: Exchange | None = None
-        self._kept: tuple[Exchange, PackedReply] | None = None
+        self._ahead: tuple[Exchange, ModbusPDU] | None = None
+        self._kept: tuple[Exchange, ModbusPDU] | None = None
         self._read_write = read_write
         self._granted = False
         self._refusals = 0
@@ -252,17 +272,10 @@ class ModbusLink:
             hurry=hurry,
         )
 
-    def exchange(
-        self,
-        *,
-        read_address: int,
-        read_count: int,
-        write_address: int,
-        values: Sequence[int],
-        what: str,
-        check: Check = _nothing_doubtful,
-    ) -> list[int]:
+    def exchange(self, exchange: Exchange, *, check: Check = _nothing_doubtful) -> list[int]:
         """Set registers and get others, in one transaction (FC23) where the device can: it writes first.
+
+        An exchange that was sent ahead is collected.
 
         Raises
         ------
@@ -271,54 +284,52 @@ class ModbusLink:
         """
         if self._read_write:
             try:
-                registers = self._exchange_at_once(
-                    read_address, read_count, write_address, values, what, check
+                reply = self._ask(
+                    exchange,
+                    _EXCHANGE,
+                    lambda client: self._exchanged(client, exchange),
+                    lambda reply: _wrong_length(reply, exchange.read_count) or check(reply.registers),
                 )
             except ModbusRefusal as refusal:
                 self._judge_refusal(refusal)
             else:
                 self._granted = True
-                return registers
-        return self._exchange_in_two(read_address, read_count, write_address, values, what, check)
+                return list(reply.registers)
+        return self._exchange_in_two(exchange, check)
 
-    def _exchange_at_once(
-        self,
-        read_address: int,
-        read_count: int,
-        write_address: int,
-        values: Sequence[int],
-        what: str,
-        check: Check,
-    ) -> list[int]:
-        """Make an exchange by function 23."""
-        reply = self._ask(
-            f"exchanging {what} (FC23, {read_count} registers from {read_address})",
-            23,
-            lambda client: client.readwrite_registers(
-                read_address=read_address,
-                read_count=read_count,
-                write_address=write_address,
-                values=list(values),
-                device_id=self._device_id,
-            ),
-            lambda reply: _wrong_length(reply, read_count) or check(reply.registers),
+    def _exchanged(self, client: Client, exchange: Exchange) -> ModbusPDU:
+        """Send an exchange, unless it was sent ahead, and wait for its reply."""
+        kept, self._kept = self._kept, None
+        if kept is not None and kept[0] == exchange:
+            return kept[1]
+        ahead, self._ahead = self._ahead, None
+        request = self._send(client, exchange) if ahead is None else ahead[1]
+        return self._receive(client, request)
+
+    def _send(self, client: Client, exchange: Exchange) -> ModbusPDU:
+        """Send an exchange: what pymodbus does first when it executes a request."""
+        request = ReadWriteMultipleRegistersRequest(
+            read_address=exchange.read_address,
+            read_count=exchange.read_count,
+            write_address=exchange.write_address,
+            write_registers=list(exchange.values),
+            dev_id=self._device_id,
         )
-        return list(reply.registers)
+        request.transaction_id = client.transaction.getNextTID()
+        client.transaction.pdu_send(request)
+        return request
 
-    def _exchange_in_two(
-        self,
-        read_address: int,
-        read_count: int,
-        write_address: int,
-        values: Sequence[int],
-        what: str,
-        check: Check,
-    ) -> list[int]:
+    @staticmethod
+    def _receive(client: Client, request: ModbusPDU) -> ModbusPDU:
+        """Wait for the reply to a request; those to earlier ones, and to other units, are passed over."""
+        return client.transaction.sync_get_response(request.dev_id, request.transaction_id)
+
+    def _exchange_in_two(self, exchange: Exchange, check: Check) -> list[int]:
         """Write, then read; both again after a doubt, since what was written may have been altered."""
-        doubt = ""
+        what, doubt = exchange.what, ""
         for _ in range(2):
-            self.write(write_address, values, what)
-            registers = self.read(read_address, read_count, what)
+            self.write(exchange.write_address, exchange.values, what)
+            registers = self.read(exchange.read_address, exchange.read_count, what)
             doubt = check(registers)
             if not doubt:
                 return registers
@@ -340,38 +351,6 @@ class ModbusLink:
         self.note(
             f"{self.name} does not know function 23: registers are written, then read (FC16, FC3), which "
             "takes two round trips; [wire] read_write = false in its profile says so beforehand"
-        )
-
-    def exchange_packed(self, exchange: Exchange) -> bytes:
-        """Make an exchange whose registers come as bytes; one that was sent ahead is collected.
-
-        Raises
-        ------
-        DeviceFault
-            If no true reply comes; ModbusRefusal if the device refuses.
-        """
-        if self._read_write and isinstance(self._wire, TcpWire):
-            try:
-                reply = self._ask(
-                    exchange,
-                    packed_exchange.FUNCTION,
-                    lambda _: self._exchange_packed(exchange),
-                    lambda reply: reply.find_doubt(exchange.read_count),
-                )
-            except ModbusRefusal as refusal:
-                self._judge_refusal(refusal)
-            else:
-                self._granted = True
-                return reply.data[1:]
-        values = struct.unpack(f">{len(exchange.written) // 2}H", exchange.written)
-        return pack(
-            self.exchange(
-                read_address=exchange.read_address,
-                read_count=exchange.read_count,
-                write_address=exchange.write_address,
-                values=values,
-                what=exchange.what,
-            )
         )
 
     @property
@@ -396,14 +375,12 @@ class ModbusLink:
         serial line, which is the bound itself, without function 23, and where the connection fails, nothing
         is done.
         """
-        if self._port is None or self.has_asked_ahead or not self._read_write:
+        if self._client is None or self.has_asked_ahead or not self.can_ask_ahead:
             return
         try:
-            self._port.send(exchange)
+            self._ahead = exchange, self._send(self._client, exchange)
         except _TROUBLE as error:
             self._give_up(exchange, error)
-        else:
-            self._ahead = exchange
 
     def distrust(self, text: str) -> None:
         """Note a doubt that was found behind the link, and begin afresh with the next request."""
@@ -428,7 +405,7 @@ class ModbusLink:
 
     def _drop(self, *, doubtful: bool = False) -> None:
         client, self._client = self._client, None
-        self._port = self._ahead = self._kept = None
+        self._ahead = self._kept = None
         if client is not None:
             if doubtful:
                 self._wire.settle(client, self._timeout_s)
@@ -447,11 +424,7 @@ class ModbusLink:
             self._wire.settle(client, self._timeout_s)
             self._unsettled = False
         self._client = client
-        if isinstance(client, ModbusTcpClient):
-            client.comm_params.timeout_connect = client.transaction.comm_params.timeout_connect = (
-                self._timeout_s
-            )
-            self._port = PackedPort(client, self._device_id, self._timeout_s)
+        client.comm_params.timeout_connect = client.transaction.comm_params.timeout_connect = self._timeout_s
         if self._was_open:
             self.note(f"connection to {self.name} at {self.address} opened again")
         self._was_open = True
@@ -474,19 +447,17 @@ class ModbusLink:
         self,
         asked: str | Exchange,
         function: int,
-        send: Callable[[Client], _AnyReply],
-        find_doubt: Callable[[_AnyReply], str],
+        send: Callable[[Client], ModbusPDU],
+        find_doubt: Callable[[ModbusPDU], str],
         *,
         hurry: bool = False,
-    ) -> _AnyReply:
+    ) -> ModbusPDU:
         """Send, check, and send once more on a fresh connection after a doubt; not so in a hurry."""
         if not self._busy.acquire(blocking=False):
             raise RuntimeError(f"two threads use the link to {self.name} at once; a bus has one owner")
         try:
-            if self._ahead != asked:
+            if self._ahead is not None and self._ahead[0] != asked:
                 self._collect_ahead(self.patience_s if hurry else self._timeout_s)
-            if self._port is not None and not isinstance(asked, Exchange) and not self._port.make_way():
-                self.distrust("half a reply lies before the next one; connection closed")
             return self._ask_twice(asked, function, send, find_doubt, hurry=hurry)
         finally:
             self._busy.release()
@@ -495,25 +466,25 @@ class ModbusLink:
         self,
         asked: str | Exchange,
         function: int,
-        send: Callable[[Client], _AnyReply],
-        find_doubt: Callable[[_AnyReply], str],
+        send: Callable[[Client], ModbusPDU],
+        find_doubt: Callable[[ModbusPDU], str],
         *,
         hurry: bool,
-    ) -> _AnyReply:
+    ) -> ModbusPDU:
         lost = self.is_lost
         once, settle = hurry or lost, not (hurry or (lost and function == _WRITE_ONE))
         patience_s, doubt = self._patience_s(hurry=hurry), ""
         for further in ("given up",) if once else ("sent once more on a new connection", "given up"):
             client = self._opened(settle=settle)
             try:
-                began_s = time.monotonic()
+                began_s = self._wire.now_s()
                 with _waiting(client, patience_s) if once else nullcontext():
                     reply = send(client)
                 doubt = self._refused_or_doubtful(reply, function, asked) or find_doubt(reply)
             except _TROUBLE as error:
                 doubt = self._describe(error, patience_s, connected=client.connected)
             if not doubt:
-                self._took.append(time.monotonic() - began_s)
+                self._took.append(self._wire.now_s() - began_s)
                 self._tries_lost, self._unsettled = 0, False
                 return reply
             last = further == "given up"
@@ -528,27 +499,15 @@ class ModbusLink:
             f"look at the {cable}, the {self.name}'s load, and whether a second program talks to it",
         )
 
-    def _exchange_packed(self, exchange: Exchange) -> PackedReply:
-        """Send an exchange, unless it was sent ahead, and wait for its reply."""
-        port = self._port
-        if port is None:
-            raise OSError("the connection is closed")
-        kept, self._kept = self._kept, None
-        if kept is not None and kept[0] == exchange:
-            return kept[1]
-        ahead, self._ahead = self._ahead, None
-        if ahead is None:
-            port.send(exchange)
-        return port.receive(self._patience_s(hurry=False))
-
     def _collect_ahead(self, patience_s: float) -> None:
         """Let the reply to what was sent ahead come, and keep it: it is not to meet another's."""
         ahead, self._ahead = self._ahead, None
-        if ahead is not None and self._port is not None:
+        if ahead is not None and self._client is not None:
             try:
-                self._kept = (ahead, self._port.receive(patience_s))
+                with _waiting(self._client, patience_s):
+                    self._kept = ahead[0], self._receive(self._client, ahead[1])
             except _TROUBLE as error:
-                self._give_up(ahead, error)
+                self._give_up(ahead[0], error)
 
     def _give_up(self, exchange: Exchange, error: Exception) -> None:
         """Begin afresh after an exchange that was sent ahead has failed; it is sent again when asked for."""
@@ -556,9 +515,7 @@ class ModbusLink:
         doubt = self._describe(error, self._timeout_s, connected=connected)
         self.distrust(f"{exchange}: {doubt}; connection closed")
 
-    def _refused_or_doubtful(
-        self, reply: ModbusPDU | PackedReply, function: int, asked: str | Exchange
-    ) -> str:
+    def _refused_or_doubtful(self, reply: ModbusPDU, function: int, asked: str | Exchange) -> str:
         if reply.isError() and reply.function_code & 0x7F == function:
             self._tries_lost, code = 0, int(reply.exception_code)  # it has answered
             text = EXCEPTION_TEXTS.get(code, "unknown")
@@ -575,7 +532,7 @@ class ModbusLink:
     def _describe(error: Exception, patience_s: float, *, connected: bool) -> str:
         if not connected:
             return "the device closed the connection"
-        if isinstance(error, ModbusException) and "No response" in str(error):
+        if isinstance(error, TimeoutError) or "No response" in str(error):
             return f"{NO_REPLY} {patience_s:.3g} s"
         return f"the reply cannot be decoded ({error})"
 

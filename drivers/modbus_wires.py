@@ -7,6 +7,7 @@ import socket
 import struct
 import termios
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal, Protocol, TypeVar
@@ -58,7 +59,8 @@ class CannotOpenError(Exception):
         self.look = look
 
 
-def _quick(client: _Client) -> _Client:
+def with_quick_replies(client: _Client) -> _Client:
+    """Let a client decode registers at once; return it."""
     for reply in (_Holding, _Input, _Exchanged):
         client.register(reply)
     return client
@@ -75,6 +77,11 @@ class Wire(Protocol):
     @property
     def bytes_per_s(self) -> float:
         """What it can carry; infinite where something else is the bound."""
+        ...
+
+    @property
+    def now_s(self) -> Callable[[], float]:
+        """The clock by which its round trips are timed [s]."""
         ...
 
     def open(self, timeout_s: float) -> Client:
@@ -100,6 +107,8 @@ class TcpWire:
     host, port
         Of the Modbus TCP server.
     """
+
+    now_s: Callable[[], float] = staticmethod(time.monotonic)
 
     def __init__(self, host: str, port: int) -> None:
         self._host = host
@@ -138,7 +147,7 @@ class TcpWire:
         wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         client = ModbusTcpClient(self._host, port=self._port, timeout=timeout_s, retries=0)
         client.socket = wire
-        return _quick(client)
+        return with_quick_replies(client)
 
     def settle(self, client: Client, timeout_s: float) -> None:
         """Do nothing: the next connection cannot hear this one."""
@@ -161,6 +170,8 @@ class RtuWire:
     stop_bits : int
         1 or 2.
     """
+
+    now_s: Callable[[], float] = staticmethod(time.monotonic)
 
     def __init__(self, port: Path, *, baud: int = 19200, parity: Parity = "even", stop_bits: int = 1) -> None:
         self._port = port
@@ -213,7 +224,7 @@ class RtuWire:
                 "and may you use it (group dialout)?",
             ) from None
         client.socket = line
-        return _quick(client)
+        return with_quick_replies(client)
 
     def _parity_of_line(self) -> str:
         """Return the parity to set: a pseudo-terminal (a simulated stand) knows none and refuses it."""

@@ -33,6 +33,7 @@ from bufferstand.drivers.registers import DTYPES, Layout, decode_value
 from bufferstand.drivers.writer_notice import NoticeBoard
 from bufferstand.foundation.channel import Channel
 from bufferstand.foundation.clock import Clock
+from bufferstand.foundation.motions import ControllerMotion, Release
 
 STREAM = "controller"
 STAMPING = "stroke_1"
@@ -380,41 +381,15 @@ class PollingController:
         """Do nothing: no polled sample waits for the wire."""
         return nullcontext()
 
-    def start_hold(self) -> int:
-        """Stop where it stands and hold, with the first request; get the motion's sequence number.
+    def start(self, motion: ControllerMotion, *, hurry: bool = False) -> int:
+        """Begin a motion; get its sequence number.
 
         Raises
         ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
+        CommandRejected, DeviceFault
+            As :meth:`bufferstand.drivers.register_controller.RegisterController.start`.
         """
-        return self._bus.call(self._inner.start_hold)
-
-    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
-        """Move to a stroke at constant speed; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        return self._bus.call(
-            lambda: self._inner.start_ramp(target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
-        )
-
-    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
-        """Sine about ``mean_mm``, where it must stand already; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        return self._bus.call(
-            lambda: self._inner.start_harmonic(
-                mean_mm=mean_mm, amplitude_mm=amplitude_mm, frequency_Hz=frequency_Hz, cycles=cycles
-            )
-        )
+        return self._bus.call(lambda: self._inner.start(motion, hurry=hurry))
 
     @property
     def can_adjust(self) -> bool:
@@ -431,33 +406,7 @@ class PollingController:
         """
         self._bus.call(lambda: self._inner.adjust_harmonic(mean_mm=mean_mm, amplitude_mm=amplitude_mm))
 
-    def start_static(
-        self,
-        *,
-        speed_mm_per_s: float,
-        force_limit_kN: float,
-        stroke_limit_mm: float,
-        cycles: int,
-        pause_s: float,
-    ) -> int:
-        """Compress from zero to a limit and unload at once, ``cycles`` times; get the sequence number.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        return self._bus.call(
-            lambda: self._inner.start_static(
-                speed_mm_per_s=speed_mm_per_s,
-                force_limit_kN=force_limit_kN,
-                stroke_limit_mm=stroke_limit_mm,
-                cycles=cycles,
-                pause_s=pause_s,
-            )
-        )
-
-    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+    def prepare(self, release: Release) -> None:
         """Have a release armed, so that starting it takes a single request.
 
         Raises
@@ -465,24 +414,7 @@ class PollingController:
         CommandRejected
             If the controller refuses; DeviceFault if the wire fails.
         """
-        self._bus.call(lambda: self._inner.prepare_release(speed_mm_per_s=speed_mm_per_s))
-
-    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:
-        """Ramp to zero force; get the motion's sequence number.
-
-        Parameters
-        ----------
-        speed_mm_per_s : float
-            Of the piston.
-        hurry : bool
-            Begin with the first request, and see afterwards what became of it.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        return self._bus.call(lambda: self._inner.start_release(speed_mm_per_s=speed_mm_per_s, hurry=hurry))
+        self._bus.call(lambda: self._inner.prepare(release))
 
     def reset_fault(self) -> None:
         """Reset a latched fault, where there is one; the valve stays off.

@@ -23,6 +23,14 @@ from bufferstand.drivers.register_panel import RegisterPanel
 from bufferstand.drivers.ring_identity import find_mismatch
 from bufferstand.drivers.writer_lock import WriterLock
 from bufferstand.drivers.writer_notice import NoticeBoard
+from bufferstand.foundation.motions import (
+    ControllerMotion,
+    Harmonic,
+    RampTo,
+    Release,
+    StandStill,
+    StaticCycles,
+)
 
 
 class RegisterController:
@@ -291,53 +299,25 @@ class RegisterController:
         finally:
             panel.between, panel.outlast = before
 
-    def start_hold(self) -> int:
-        """Stop where it stands and hold, with the first request; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        return self._commands.give_at_once(command.HOLD, "hold")
-
-    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
-        """Move to a stroke at constant speed; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        text = f"ramp to {target_mm:g} mm at {speed_mm_per_s:g} mm/s"
-        return self._commands.give(command.RAMP, text, target=target_mm, speed=speed_mm_per_s)
-
-    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
-        """Sine about ``mean_mm`` (where it must stand already); get the motion's sequence number.
+    def start(self, motion: ControllerMotion, *, hurry: bool = False) -> int:
+        """Begin a motion; get its sequence number.
 
         Parameters
         ----------
-        mean_mm, amplitude_mm
-            Mean stroke and half the range.
-        frequency_Hz : float
-            Of the sine.
-        cycles : int
-            Cycles at full amplitude, besides one in and one out.
+        motion : ControllerMotion
+            On the controller's own scale.
+        hurry : bool
+            Begin with the first request, and see afterwards what became of it; to stand still always does.
 
         Raises
         ------
         CommandRejected
             If the controller refuses; DeviceFault if the wire fails.
         """
-        text = f"{cycles} cycles of {mean_mm:g} ± {amplitude_mm:g} mm at {frequency_Hz:g} Hz"
-        return self._commands.give(
-            command.HARMONIC,
-            text,
-            mean=mean_mm,
-            amplitude=amplitude_mm,
-            frequency=frequency_Hz,
-            cycles=cycles,
-        )
+        code, parameters = _command_of(motion)
+        at_once = hurry or isinstance(motion, StandStill)
+        give = self._commands.give_at_once if at_once else self._commands.give
+        return give(code, motion.text, **parameters)
 
     @property
     def can_adjust(self) -> bool:
@@ -362,45 +342,7 @@ class RegisterController:
             raise CommandRejected(f"{text} was not sent: this controller has no such command")
         self._commands.give(command.ADJUST, text, mean=mean_mm, amplitude=amplitude_mm)
 
-    def start_static(
-        self,
-        *,
-        speed_mm_per_s: float,
-        force_limit_kN: float,
-        stroke_limit_mm: float,
-        cycles: int,
-        pause_s: float,
-    ) -> int:
-        """Compress from zero to a limit and unload at once, ``cycles`` times; get the sequence number.
-
-        Parameters
-        ----------
-        speed_mm_per_s : float
-            Of both branches.
-        force_limit_kN, stroke_limit_mm
-            It turns at whichever comes first.
-        cycles : int
-            How often.
-        pause_s : float
-            Between two cycles.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        text = f"{cycles} static cycles to {force_limit_kN:g} kN or {stroke_limit_mm:g} mm"
-        return self._commands.give(
-            command.STATIC,
-            text,
-            speed=speed_mm_per_s,
-            turning_force=force_limit_kN,
-            turning_stroke=stroke_limit_mm,
-            cycles=cycles,
-            static_pause=pause_s,
-        )
-
-    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+    def prepare(self, release: Release) -> None:
         """Have a release armed, so that starting it takes a single request; another command ends that.
 
         Raises
@@ -408,26 +350,8 @@ class RegisterController:
         CommandRejected
             If the controller refuses; DeviceFault if the wire fails.
         """
-        text = f"release at {speed_mm_per_s:g} mm/s"
-        self._commands.prepare(command.RELEASE, text, speed=speed_mm_per_s)
-
-    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:
-        """Ramp to zero force; get the motion's sequence number.
-
-        Parameters
-        ----------
-        speed_mm_per_s : float
-            Of the piston.
-        hurry : bool
-            Begin with the first request, and see afterwards what became of it.
-
-        Raises
-        ------
-        CommandRejected
-            If the controller refuses; DeviceFault if the wire fails.
-        """
-        give = self._commands.give_at_once if hurry else self._commands.give
-        return give(command.RELEASE, f"release at {speed_mm_per_s:g} mm/s", speed=speed_mm_per_s)
+        code, parameters = _command_of(release)
+        self._commands.prepare(code, release.text, **parameters)
 
     def reset_fault(self) -> None:
         """Reset a latched fault, where there is one; the valve stays off.
@@ -458,3 +382,32 @@ class RegisterController:
     def close(self) -> None:
         """Let go of the wire; never raises."""
         self._link.close()
+
+
+_STATIC_REGISTERS = {
+    "speed": "speed_mm_per_s",
+    "turning_force": "force_limit_kN",
+    "turning_stroke": "stroke_limit_mm",
+    "cycles": "cycles",
+    "static_pause": "pause_s",
+}
+_SINE_REGISTERS = {
+    "mean": "mean_mm",
+    "amplitude": "amplitude_mm",
+    "frequency": "frequency_Hz",
+    "cycles": "cycles",
+}
+_COMMANDS: dict[type[ControllerMotion], tuple[int, dict[str, str]]] = {
+    StandStill: (command.HOLD, {}),
+    RampTo: (command.RAMP, {"target": "target_mm", "speed": "speed_mm_per_s"}),
+    Harmonic: (command.HARMONIC, _SINE_REGISTERS),
+    StaticCycles: (command.STATIC, _STATIC_REGISTERS),
+    Release: (command.RELEASE, {"speed": "speed_mm_per_s"}),
+}
+"""Of each motion the value of ``command_code``, and which register takes which of its figures."""
+
+
+def _command_of(motion: ControllerMotion) -> tuple[int, dict[str, float]]:
+    """Return a motion as code and parameters by register name."""
+    code, figures = _COMMANDS[type(motion)]
+    return code, {register: getattr(motion, figure) for register, figure in figures.items()}

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from bufferstand.drivers import cia402
 from bufferstand.drivers.interfaces import DeviceFault, WireLost
-from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus_link import Exchange, ModbusLink, ModbusRefusal
 from bufferstand.drivers.profile import STATUS, Profile
 from bufferstand.drivers.registers import crc_of
 
@@ -97,13 +97,9 @@ class RegisterPanel:
             echo = block.decode(registers)["request_echo"]
             return "" if echo == number else f"it answers request {echo} instead of {number}: it is late"
 
+        number_at = self.profile.find("request_number").address
         return self.link.exchange(
-            read_address=block.address,
-            read_count=block.words,
-            write_address=self.profile.find("request_number").address,
-            values=[number],
-            what="status",
-            check=doubt,
+            Exchange(block.address, block.words, number_at, (number,), "status"), check=doubt
         )
 
     def _altered(self, registers: Sequence[int]) -> str:

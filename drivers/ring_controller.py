@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
 from bufferstand.drivers.delivery import WORK_S, Delivery
 from bufferstand.drivers.interfaces import ControllerStatus, Identity, SampleBlock, StreamFacts
 from bufferstand.drivers.missed_cycles import parted
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.packed_exchange import Exchange
+from bufferstand.drivers.modbus_link import Exchange, ModbusLink
 from bufferstand.drivers.profile import STATUS, Profile
 from bufferstand.drivers.register_controller import RegisterController
 from bufferstand.drivers.registers import pack
@@ -78,6 +77,7 @@ class RingController(RegisterController):
         order = [name for name, _ in profile.ring.sample if name != "tick"]
         self._channels = tuple(by_name[name] for name in order)
         self._acknowledge_at = profile.find("ring_acknowledge").address
+        self._window = lru_cache(maxsize=1)(self._make_window)  # asked ahead, then asked for
         self._reader: RingReader | None = None
         self._trip_s = math.inf
         self._trips: deque[float] = deque(maxlen=TRIPS_KEPT)
@@ -236,12 +236,12 @@ class RingController(RegisterController):
         for _ in range(2):
             wanted = self._window(reader.acknowledge)
             early, asked_s = self._link.has_asked_ahead, self._clock.wall_s()
-            packed = self._panel.ask_again(partial(self._link.exchange_packed, wanted))
+            registers = self._panel.ask_again(partial(self._link.exchange, wanted))
             if not early:
                 self._trip_s = self._clock.wall_s() - asked_s
                 self._trips.append(self._trip_s)
             try:
-                window = reader.look(packed)
+                window = reader.look(pack(registers))
                 self._full_blocks = self._full_blocks + 1 if reader.is_full(window) else 0
                 soon = self._trip_s < AHEAD_S or self._full_blocks >= BEHIND_BLOCKS
                 if soon and self._full_blocks and reader.is_checked:
@@ -256,13 +256,13 @@ class RingController(RegisterController):
         )
         raise self._panel.lost(problem) if altered else self._panel.fault(problem)
 
-    def _window(self, acknowledge: int) -> Exchange:
+    def _make_window(self, acknowledge: int) -> Exchange:
         """Return the transaction that acknowledges by sequence and reads the window from there on."""
         ring = self._profile.ring
         return Exchange(
             read_address=ring.address,
             read_count=ring.registers,
             write_address=self._acknowledge_at,
-            written=pack(self._profile.encode("ring_acknowledge", acknowledge)),
+            values=tuple(self._profile.encode("ring_acknowledge", acknowledge)),
             what="the sample ring",
         )

@@ -10,7 +10,7 @@ import secrets
 from contextlib import suppress
 
 from bufferstand.drivers.interfaces import DeviceFault, NotInCharge, WriterSeen
-from bufferstand.drivers.modbus_link import ModbusRefusal
+from bufferstand.drivers.modbus_link import Exchange, ModbusRefusal
 from bufferstand.drivers.profile import WATCHDOG_LEFT
 from bufferstand.drivers.register_panel import RegisterPanel
 from bufferstand.drivers.writer_notice import NoticeBoard
@@ -171,13 +171,9 @@ class WriterLock:
             panel.set("watchdog_feed", beat)
             return
         try:
-            (holder,) = link.exchange(
-                read_address=panel.profile.find("writer").address,
-                read_count=1,
-                write_address=panel.profile.find("watchdog_feed").address,
-                values=[beat],
-                what="a heartbeat, and who may give commands",
-            )
+            writer_at, feed_at = (panel.profile.find(name).address for name in ("writer", "watchdog_feed"))
+            what = "a heartbeat, and who may give commands"
+            (holder,) = link.exchange(Exchange(writer_at, 1, feed_at, (beat,), what))
         except ModbusRefusal:  # some take function 23 for their ring and status only
             self._together = False
             panel.set("watchdog_feed", beat)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bufferstand.model import kernels as at
-from bufferstand.model.fleet import factors_of, law_of, rest_of
 from bufferstand.model.simulation import Simulation
 from bufferstand.model.spring import SpringModel
 
@@ -59,3 +58,51 @@ def simulate_compiled(
         columns[at.BAND],
         model.warnings(float(T.min()), float(T.max())),
     )
+
+
+def law_of(model: SpringModel) -> list[float]:
+    """Return what a kind of spring keeps, as :func:`bufferstand.model.kernels.drive` reads it."""
+    tables, law = model.tables, model.temperature
+    shares = [beta for beta, _ in model.viscous.branches]
+    return [
+        1.0 / tables.step_mm,
+        tables.step_mm,
+        tables.end_mm,
+        law.reference_C,
+        law.sensitivity_per_K,
+        law.loss_sensitivity_per_K,
+        law.spent_K,
+        law.softest,
+        model.curves.stop_stiffness_kN_per_mm,
+        float(model.heat.rule == "paper"),
+        model.heat.sensor_gain,
+        tables.width_scale_max,
+        float(len(shares)),
+        *shares,
+        *[0.0] * (at.BRANCHES - len(shares)),
+    ]
+
+
+def factors_of(model: SpringModel, dt_s: float) -> list[float]:
+    """Return what the duration of a step gives a kind of spring, as :func:`bufferstand.model.kernels.drive`
+    reads it."""
+    relaxed = [factor for response in model.viscous.responses(dt_s) for factor in response]
+    return [*model.heat.step_factors(dt_s), *relaxed, *[0.0] * (2 * at.BRANCHES - len(relaxed))]
+
+
+def rest_of(model: SpringModel, stroke_mm: float = 0.0, band: float = 0.0) -> list[float]:
+    """Return the state of a spring that rests at a stroke without overstress, but for its temperatures."""
+    tables = model.tables
+    x = min(max(stroke_mm, 0.0), tables.end_mm)
+    i = int(x * (1.0 / tables.step_mm))
+    f = x - i * tables.step_mm
+    cell = tables.rows()[i]
+    A, B, _, h, F_m, p_c, G, g = (
+        value + slope * f for value, slope in zip(cell[::2], cell[1::2], strict=True)
+    )
+    state = [0.0] * at.INNER + [0.0, F_m, g] * at.BRANCHES
+    state[at.STROKE], state[at.BAND], state[at.INSIDE] = stroke_mm, band, x
+    state[at.A_0], state[at.B_0], state[at.DEPTH], state[at.WIDTH] = A, B, g, h
+    r = band - p_c
+    state[at.EXCESS], state[at.FREE] = h * r, 0.5 * G * r * r
+    return state

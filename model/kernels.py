@@ -1,4 +1,4 @@
-"""The step of the spring in the plainest Python, for one spring over many instants or for many springs.
+"""The step of the spring in the plainest Python, over many instants.
 
 :func:`drive` takes lists as it stands, or arrays when numba has compiled it (the extra ``fast``,
 :func:`compiled`). Both give the same bits, which a test demands; so nothing here may use more than floats,
@@ -51,7 +51,7 @@ def drive(  # noqa: PLR0912, PLR0915 - one loop without calls: a call in it cost
         :meth:`bufferstand.model.tables.BandTables.rows`.
     laws, factors : Floats
         What a kind of spring keeps, and what the duration of a step gives it
-        (:mod:`bufferstand.model.fleet`).
+        (:mod:`bufferstand.model.compiled`).
     states : Floats
         What the springs remember; changed.
     places : Sequence of int

@@ -161,6 +161,11 @@ class SpringStepper:
         self.band = p
         return force
 
+    @property
+    def lags_mm(self) -> list[float]:
+        """Lags x - xi of the viscous branches [mm]; with stroke, band and temperature its whole state."""
+        return [lag for lag, _, _ in self._inner]
+
     def tangent_kN_per_mm(self, loading: bool) -> float:  # noqa: N802 - the unit's own letters
         """Get dF/dx [kN/mm] with which the force goes on from here, loading or unloading (eq. (4))."""
         cells, per_step, cell_mm, end, reference, c_ts, _, spent, softest, shares, stop, _, _ = self._law

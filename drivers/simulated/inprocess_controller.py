@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,14 @@ from bufferstand.drivers.simulated.device import RATE_HZ, SimulatedDevice
 from bufferstand.drivers.simulated.inprocess_link import InProcessLink
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
 from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.motions import (
+    ControllerMotion,
+    Harmonic,
+    RampTo,
+    Release,
+    StandStill,
+    StaticCycles,
+)
 
 BLOCK = 1000
 """Most samples of one block."""
@@ -47,6 +55,14 @@ _REASONS = {
     Reject.WRONG_STATE: "not possible in the present state",
     Reject.OUT_OF_RANGE: "a parameter is out of range",
     Reject.NOT_ARMED: "the command was not armed",
+}
+
+_CODES: dict[type[ControllerMotion], Code] = {
+    StandStill: Code.HOLD,
+    RampTo: Code.RAMP,
+    Harmonic: Code.HARMONIC,
+    StaticCycles: Code.STATIC,
+    Release: Code.RELEASE,
 }
 
 
@@ -307,43 +323,19 @@ class InProcessController:
         finally:
             self._outlast = before
 
-    def start_hold(self) -> int:
-        """Stop where it stands and hold; get the motion's sequence number.
+    def start(self, motion: ControllerMotion, *, hurry: bool = False) -> int:  # noqa: ARG002 - no wire
+        """Begin a motion; get its sequence number.
 
         Raises
         ------
         CommandRejected, DeviceFault
             If the controller refuses; if the link is lost.
         """
-        return self._give("hold", Code.HOLD)
-
-    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
-        """Move to a stroke at constant speed; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected, DeviceFault
-            If the controller refuses; if the link is lost.
-        """
-        text = f"ramp to {target_mm:g} mm at {speed_mm_per_s:g} mm/s"
-        return self._give(text, Code.RAMP, target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
-
-    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
-        """Sine about ``mean_mm``, where it must stand already; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected, DeviceFault
-            If the controller refuses; if the link is lost.
-        """
-        return self._give(
-            f"{cycles} cycles of {mean_mm:g} ± {amplitude_mm:g} mm at {frequency_Hz:g} Hz",
-            Code.HARMONIC,
-            mean_mm=mean_mm,
-            amplitude_mm=amplitude_mm,
-            frequency_Hz=frequency_Hz,
-            cycles=cycles,
-        )
+        figures = asdict(motion)
+        if isinstance(motion, StaticCycles):
+            figures["turning_force_kN"] = figures.pop("force_limit_kN")
+            figures["turning_stroke_mm"] = figures.pop("stroke_limit_mm")
+        return self._give(motion.text, _CODES[type(motion)], **figures)
 
     def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
         """Bring the running sine to another mean and amplitude over one cycle.
@@ -356,44 +348,8 @@ class InProcessController:
         text = f"adjusting to {mean_mm:g} ± {amplitude_mm:g} mm"
         self._give(text, Code.ADJUST, mean_mm=mean_mm, amplitude_mm=amplitude_mm)
 
-    def start_static(
-        self,
-        *,
-        speed_mm_per_s: float,
-        force_limit_kN: float,
-        stroke_limit_mm: float,
-        cycles: int,
-        pause_s: float,
-    ) -> int:
-        """Compress from zero at constant speed to a limit and unload at once; get the sequence number.
-
-        Raises
-        ------
-        CommandRejected, DeviceFault
-            If the controller refuses; if the link is lost.
-        """
-        return self._give(
-            f"{cycles} static cycles to {force_limit_kN:g} kN or {stroke_limit_mm:g} mm",
-            Code.STATIC,
-            speed_mm_per_s=speed_mm_per_s,
-            turning_force_kN=force_limit_kN,
-            turning_stroke_mm=stroke_limit_mm,
-            cycles=cycles,
-            pause_s=pause_s,
-        )
-
-    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+    def prepare(self, release: Release) -> None:
         """Do nothing: a release takes one call as it is."""
-
-    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:  # noqa: ARG002 - no wire
-        """Ramp to zero force; get the motion's sequence number.
-
-        Raises
-        ------
-        CommandRejected, DeviceFault
-            If the controller refuses; if the link is lost.
-        """
-        return self._give(f"release at {speed_mm_per_s:g} mm/s", Code.RELEASE, speed_mm_per_s=speed_mm_per_s)
 
     def disable(self) -> None:
         """Switch the actuator's valve off.

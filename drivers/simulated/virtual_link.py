@@ -8,36 +8,31 @@ speed.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Literal
 
+from pymodbus.client import ModbusTcpClient
+
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.modbus_link import Check, ModbusLink, ModbusRefusal, Table
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.packed_exchange import Exchange, PackedReply
+from bufferstand.drivers.modbus_link import ModbusLink
+from bufferstand.drivers.modbus_wires import TcpWire, with_quick_replies
 from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.registers import pack
 from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.inprocess import InProcessStand
-from bufferstand.drivers.simulated.modbus_pdu import (
-    EXCHANGE,
-    READ_HOLDING,
-    READ_INPUT,
-    WRITE_ONE,
-    WRITE_SEVERAL,
-    Responder,
-)
+from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
 from bufferstand.drivers.stand_file import StandFile
 
 Lost = Literal["", "request", "reply"]
 """What of a round trip gets lost."""
+_PREFIX = 7
+"""Bytes of a frame before function code and data."""
 
 
-class VirtualLink(ModbusLink):
-    """A link of :mod:`bufferstand.drivers.modbus_link` without a wire.
+class VirtualWire(TcpWire):
+    """A network without sockets: what a client sends is answered in memory, after its time on the way.
 
     Parameters
     ----------
@@ -62,113 +57,68 @@ class VirtualLink(ModbusLink):
         round_trip_s: Callable[[], float],
         lost: Callable[[bytes], Lost] = lambda _: "",
     ) -> None:
-        super().__init__(TcpWire("virtual", 0), read_write=profile.read_write)
-        self._clock = clock
-        self._round_trip_s = round_trip_s
-        self._lost = lost
-        self._sent_s = 0.0
+        super().__init__("virtual", 0)
         bank = RegisterBank(device, profile, clock.now_s)
-        self._responder = Responder(bank, lambda _: None, lambda: False, read_write=profile.read_write)
+        self.responder = Responder(bank, lambda _: None, lambda: False, read_write=profile.read_write)
+        self.clock, self.round_trip_s, self.lost = clock, round_trip_s, lost
+        self.now_s = clock.now_s
 
-    def read(
-        self, address: int, count: int, what: str, *, table: Table = "holding", check: Check = lambda _: ""
-    ) -> list[int]:
-        """Get registers; see :meth:`ModbusLink.read`."""
-        function = READ_HOLDING if table == "holding" else READ_INPUT
-        reply = self._answer(struct.pack(">BHH", function, address, count), what)
-        registers = list(struct.unpack(f">{count}H", reply[2:]))
-        if doubt := check(registers):
-            raise self._fault(f"{what}: {doubt}", "a wire without faults")
-        return registers
-
-    def write(self, address: int, values: Sequence[int], what: str, *, hurry: bool = False) -> None:
-        """Set registers; see :meth:`ModbusLink.write`."""
-        if len(values) == 1:
-            self._answer(struct.pack(">BHH", WRITE_ONE, address, values[0]), what, hurry=hurry)
-            return
-        head = struct.pack(">BHHB", WRITE_SEVERAL, address, len(values), 2 * len(values))
-        self._answer(head + pack(values), what, hurry=hurry)
-
-    def exchange_packed(self, exchange: Exchange) -> bytes:
-        """Write, then read; see :meth:`ModbusLink.exchange_packed`."""
-        self._await_ahead()
-        kept, self._kept = self._kept, None
-        if kept is not None and kept[0] == exchange:
-            return kept[1].data[1:]
-        values = struct.unpack(f">{len(exchange.written) // 2}H", exchange.written)
-        return pack(
-            self.exchange(
-                read_address=exchange.read_address,
-                read_count=exchange.read_count,
-                write_address=exchange.write_address,
-                values=values,
-                what=exchange.what,
-            )
-        )
-
-    def ask_ahead(self, exchange: Exchange) -> None:
-        """Send what will be asked for next; see :meth:`ModbusLink.ask_ahead`."""
-        if self.can_ask_ahead and not self.has_asked_ahead:
-            self._ahead, self._sent_s = exchange, self._clock.now_s()
-
-    def _await_ahead(self) -> None:
-        """Let the reply to what was sent ahead come; its way began when it was sent."""
-        ahead, self._ahead = self._ahead, None
-        if ahead is None:
-            return
-        values = struct.unpack(f">{len(ahead.written) // 2}H", ahead.written)
-        request = _exchange_request(ahead.read_address, ahead.read_count, ahead.write_address, values)
-        reply = self._way(request, self._sent_s)
-        self._kept = (ahead, PackedReply(reply[0], reply[1:]))
-
-    def _exchange_at_once(
-        self,
-        read_address: int,
-        read_count: int,
-        write_address: int,
-        values: Sequence[int],
-        what: str,
-        check: Check,
-    ) -> list[int]:
-        reply = self._answer(_exchange_request(read_address, read_count, write_address, values), what)
-        registers = list(struct.unpack(f">{read_count}H", reply[2:]))
-        if doubt := check(registers):
-            raise self._fault(f"{what}: {doubt}", "a wire without faults")
-        return registers
-
-    def _answer(self, request: bytes, what: str, *, hurry: bool = False) -> bytes:
-        """Return the reply to a request, which is sent twice at most as on a real wire; once in a hurry."""
-        self._await_ahead()
-        once = hurry or self.is_lost
-        for _ in range(1 if once else 2):
-            lost, sent_s = self._lost(request), self._clock.now_s()
-            reply = None if lost == "request" else self._way(request, sent_s)
-            if lost or reply is None:
-                waited_s = self._patience_s(hurry=hurry)
-                self._clock.sleep(max(sent_s + waited_s - self._clock.now_s(), 0.0))
-                continue
-            self._tries_lost = 0
-            self._took.append(self._clock.now_s() - sent_s)
-            if reply[0] & 0x80:
-                raise ModbusRefusal(f"{what}: refused with Modbus exception {reply[1]}", reply[1])
-            return reply
-        self._tries_lost += not hurry or self.is_lost
-        raise self._fault(f"{what}: no reply", "a wire in virtual time that has lost it")
-
-    def _way(self, request: bytes, sent_s: float) -> bytes:
-        """Return the reply to what was sent at a time [s]; half a round trip later it is answered."""
-        clock, trip_s = self._clock, self._round_trip_s()
-        clock.sleep(max(sent_s + 0.5 * trip_s - clock.now_s(), 0.0))
-        reply = self._responder.answer(request) or b""
-        clock.sleep(max(sent_s + trip_s - clock.now_s(), 0.0))
-        return reply
+    def open(self, timeout_s: float) -> ModbusTcpClient:
+        """Return a client whose connection is this wire."""
+        return with_quick_replies(_VirtualClient(self, timeout_s))
 
 
-def _exchange_request(read_address: int, read_count: int, write_address: int, values: Sequence[int]) -> bytes:
-    """Return a request of function 23."""
-    size = 2 * len(values)
-    head = struct.pack(">BHHHHB", EXCHANGE, read_address, read_count, write_address, len(values), size)
-    return head + pack(values)
+class _VirtualClient(ModbusTcpClient):
+    """A client of pymodbus whose bytes go no further than a responder in this process."""
+
+    def __init__(self, wire: VirtualWire, timeout_s: float) -> None:
+        super().__init__("virtual", timeout=timeout_s, retries=0)
+        self._wire, self._open = wire, True
+        self._sent: tuple[bytes, float, Lost] = b"", 0.0, ""
+
+    @property
+    def connected(self) -> bool:
+        """Whether it was not closed."""
+        return self._open
+
+    def connect(self) -> bool:
+        """Return whether it was not closed."""
+        return self._open
+
+    def close(self) -> None:
+        """Let go of the wire."""
+        self._open = False
+
+    def send(self, request: bytes, addr: tuple[str, int] | None = None) -> int:  # noqa: ARG002
+        """Put a frame on its way."""
+        self._sent = request, self._wire.clock.now_s(), self._wire.lost(request[_PREFIX:])
+        return len(request)
+
+    def recv(self, size: int | None) -> bytes:  # noqa: ARG002
+        """Return the reply to what was sent, half a round trip after that arrived; empty if none comes."""
+        wire, clock = self._wire, self._wire.clock
+        (request, sent_s, lost), self._sent = self._sent, (b"", 0.0, "reply")
+        reply = None
+        if lost != "request" and request:
+            trip_s = wire.round_trip_s()
+            clock.sleep(sent_s + 0.5 * trip_s - clock.now_s())
+            reply = wire.responder.answer(request[_PREFIX:])
+            clock.sleep(sent_s + trip_s - clock.now_s())
+        if lost or reply is None:
+            clock.sleep(sent_s + self.comm_params.timeout_connect - clock.now_s())
+            return b""
+        return request[:4] + struct.pack(">H", len(reply) + 1) + request[6:_PREFIX] + reply
+
+
+def virtual_link(
+    device: SimulatedDevice,
+    profile: Profile,
+    clock: VirtualClock,
+    round_trip_s: Callable[[], float],
+    lost: Callable[[bytes], Lost] = lambda _: "",
+) -> ModbusLink:
+    """Return the link of a real controller's driver over a :class:`VirtualWire`; parameters are its own."""
+    return ModbusLink(VirtualWire(device, profile, clock, round_trip_s, lost), read_write=profile.read_write)
 
 
 def behind_a_wire(
@@ -191,9 +141,9 @@ def behind_a_wire(
     profile : Profile, optional
         Another register profile than the stand file's.
     lost : callable, optional
-        Which requests or replies get lost; as for :class:`VirtualLink`.
+        Which requests or replies get lost; as for :class:`VirtualWire`.
     """
     chosen, settings = profile or stand_file.profile(), stand_file.controller
-    link = VirtualLink(opened.device, chosen, opened.clock, round_trip_s, lost)
+    link = virtual_link(opened.device, chosen, opened.clock, round_trip_s, lost)
     controller = RingController(link, chosen, settings.channel, opened.clock, timeout_s=settings.timeout_s)
     return Stand(controller, opened.stand.sensors)

@@ -15,7 +15,7 @@ from bufferstand.drivers.polling_controller import PollingController
 from bufferstand.drivers.profile import Profile
 from bufferstand.drivers.simulated.inprocess import InProcessStand
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
-from bufferstand.drivers.simulated.virtual_link import Lost, VirtualLink
+from bufferstand.drivers.simulated.virtual_link import Lost, virtual_link
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.clock import Clock
 
@@ -127,10 +127,10 @@ def polled_behind_a_wire(
         A register profile with a table ``[poll]``.
     lost : callable, optional
         Which requests or replies get lost; as for
-        :class:`bufferstand.drivers.simulated.virtual_link.VirtualLink`.
+        :class:`bufferstand.drivers.simulated.virtual_link.VirtualWire`.
     """
     clock, settings = PolledClock(opened.clock), stand_file.controller
-    link = VirtualLink(opened.device, profile, opened.clock, round_trip_s, lost)
+    link = virtual_link(opened.device, profile, opened.clock, round_trip_s, lost)
     controller = PollingController(
         link, profile, settings.channel, clock, timeout_s=settings.timeout_s, bus=clock.bus
     )

@@ -22,6 +22,14 @@ from bufferstand.drivers.interfaces import (
 )
 from bufferstand.foundation.channel import Calibration, Channel
 from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge, WireLost
+from bufferstand.foundation.motions import (
+    ControllerMotion,
+    Harmonic,
+    RampTo,
+    Release,
+    StandStill,
+    StaticCycles,
+)
 
 RATE_HZ = 1000.0
 STIFFNESS_KN_PER_MM = 5.0
@@ -321,57 +329,55 @@ class FakeController:
     ) -> AbstractContextManager[None]:
         return nullcontext()
 
-    def start_hold(self) -> int:
-        return self._command("hold", MotionState.HOLDING, self._to(self.mm, 1.0))
+    def start(self, motion: ControllerMotion, *, hurry: bool = False) -> int:  # noqa: ARG002
+        match motion:
+            case StandStill():
+                return self._command("hold", MotionState.HOLDING, self._to(self.mm, 1.0))
+            case RampTo():
+                way = self._to(motion.target_mm, motion.speed_mm_per_s)
+                return self._command("ramp", MotionState.RAMPING, way)
+            case Harmonic():
+                return self._command("harmonic", MotionState.WAVEFORM, self._sine(motion))
+            case StaticCycles():
+                return self._command("static", MotionState.WAVEFORM, self._static(motion))
+            case Release():
+                return self._command("release", MotionState.RELEASING, self._to(0.0, motion.speed_mm_per_s))
 
-    def start_ramp(self, *, target_mm: float, speed_mm_per_s: float) -> int:
-        return self._command("ramp", MotionState.RAMPING, self._to(target_mm, speed_mm_per_s))
-
-    def start_harmonic(self, *, mean_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> int:
-        self.cycles_done = 0
+    def _sine(self, sine: Harmonic) -> Callable[[float], tuple[float, bool]]:
+        self.cycles_done, cycles = 0, sine.cycles
 
         def motion(t_s: float) -> tuple[float, bool]:
-            phase = t_s * frequency_Hz
+            phase = t_s * sine.frequency_Hz
             self.cycles_done = min(cycles, max(0, int(phase) - 1))
             fade = min(1.0, phase, max(0.0, cycles + 2 - phase))
             if phase >= cycles + 2:
-                return mean_mm, True
-            return mean_mm + amplitude_mm * fade * math.sin(2 * math.pi * phase), False
+                return sine.mean_mm, True
+            return sine.mean_mm + sine.amplitude_mm * fade * math.sin(2 * math.pi * phase), False
 
-        return self._command("harmonic", MotionState.WAVEFORM, motion)
+        return motion
 
     can_adjust = False
 
     def adjust_harmonic(self, *, mean_mm: float, amplitude_mm: float) -> None:
         raise CommandRejected(f"the fake stand cannot adjust a sine ({mean_mm:g} ± {amplitude_mm:g} mm)")
 
-    def start_static(
-        self,
-        *,
-        speed_mm_per_s: float,
-        force_limit_kN: float,
-        stroke_limit_mm: float,
-        cycles: int,
-        pause_s: float,
-    ) -> int:
+    def _static(self, static: StaticCycles) -> Callable[[float], tuple[float, bool]]:
         self.cycles_done = 0
-        top_mm = min(stroke_limit_mm, force_limit_kN / STIFFNESS_KN_PER_MM)
+        speed_mm_per_s, cycles = static.speed_mm_per_s, static.cycles
+        top_mm = min(static.stroke_limit_mm, static.force_limit_kN / STIFFNESS_KN_PER_MM)
         cycle_s = 2 * top_mm / speed_mm_per_s
 
         def motion(t_s: float) -> tuple[float, bool]:
-            number, rest_s = divmod(t_s, cycle_s + pause_s)
+            number, rest_s = divmod(t_s, cycle_s + static.pause_s)
             self.cycles_done = min(cycles, int(number))
             if number >= cycles:
                 return 0.0, True
             return max(0.0, top_mm - abs(top_mm - rest_s * speed_mm_per_s)), False
 
-        return self._command("static", MotionState.WAVEFORM, motion)
+        return motion
 
-    def prepare_release(self, *, speed_mm_per_s: float) -> None:
+    def prepare(self, release: Release) -> None:
         """One call starts it as it is."""
-
-    def start_release(self, *, speed_mm_per_s: float, hurry: bool = False) -> int:  # noqa: ARG002
-        return self._command("release", MotionState.RELEASING, self._to(0.0, speed_mm_per_s))
 
     def reset_fault(self) -> None:
         self._wire("reset_fault")

@@ -17,6 +17,7 @@ from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import ExitStatus
+from bufferstand.foundation.motions import Harmonic, RampTo
 from tests.daq.fake_stand import Orders
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign
@@ -78,10 +79,10 @@ def sine_left_running(opened: InProcessStand) -> None:
     """Let a sine run that nobody looks after any more, with the valve's watchdog far off."""
     controller: Controller = opened.stand.controller
     controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
-    sequence = controller.start_ramp(target_mm=MEAN_MM, speed_mm_per_s=100.0)
+    sequence = controller.start(RampTo(target_mm=MEAN_MM, speed_mm_per_s=100.0))
     while controller.status().done_sequence != sequence:
         opened.clock.sleep(0.01)
-    controller.start_harmonic(mean_mm=MEAN_MM, amplitude_mm=AMPLITUDE_MM, frequency_Hz=1.0, cycles=100)
+    controller.start(Harmonic(mean_mm=MEAN_MM, amplitude_mm=AMPLITUDE_MM, frequency_Hz=1.0, cycles=100))
     opened.clock.sleep(2.1)
 
 

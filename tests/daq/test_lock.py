@@ -20,6 +20,7 @@ from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE
 from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.simulated.virtual_link import behind_a_wire
 from bufferstand.foundation.errors import ExitStatus
+from bufferstand.foundation.motions import RampTo, Release, StandStill
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign
@@ -53,7 +54,7 @@ class TwoPrograms:
         self.written: list[tuple[float, bytes]] = []
         """What the campaign has written, with the time [s]; neither request numbers nor acknowledgements."""
         self.stand = behind_a_wire(self.opened, self.file, lambda: 0.001, lost=self._seen)
-        self.bank: RegisterBank = cast(Any, self.stand.controller)._link._responder._bank
+        self.bank: RegisterBank = cast(Any, self.stand.controller)._link._wire.responder._bank
         self.shown = Lines()
         self.request = StopRequest()
 
@@ -67,7 +68,7 @@ class TwoPrograms:
         """Return another program's driver of the same controller."""
         stand = behind_a_wire(self.opened, self.file, lambda: 0.001)
         link = cast(Any, stand.controller)._link
-        link._responder = cast(Any, self.stand.controller)._link._responder
+        link._wire.responder = cast(Any, self.stand.controller)._link._wire.responder
         stand.controller.connect()
         return stand.controller
 
@@ -158,11 +159,11 @@ def test_no_heartbeat_is_written_for_another(tmp_path: Path) -> None:
         controller.feed_watchdog,
         controller.disable,
         controller.reset_fault,
-        controller.start_hold,
-        lambda: controller.start_ramp(target_mm=5.0, speed_mm_per_s=5.0),
-        lambda: controller.start_release(speed_mm_per_s=5.0, hurry=True),
-        lambda: controller.start_release(speed_mm_per_s=5.0),
-        lambda: controller.prepare_release(speed_mm_per_s=5.0),
+        lambda: controller.start(StandStill()),
+        lambda: controller.start(RampTo(target_mm=5.0, speed_mm_per_s=5.0)),
+        lambda: controller.start(Release(speed_mm_per_s=5.0), hurry=True),
+        lambda: controller.start(Release(speed_mm_per_s=5.0)),
+        lambda: controller.prepare(Release(speed_mm_per_s=5.0)),
     ]
     two.opened.device.controller.fail(cast(Any, 4))  # there is a fault that could be reset
     two.clock.sleep(1.0)
@@ -228,7 +229,7 @@ def left_under_load(two: TwoPrograms, watchdog_ms: int) -> int:
     """Let a program move the stand and die; return its number."""
     dead = two.other()
     dead.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=watchdog_ms)
-    sequence = dead.start_ramp(target_mm=25.0, speed_mm_per_s=100.0)
+    sequence = dead.start(RampTo(target_mm=25.0, speed_mm_per_s=100.0))
     while dead.status().done_sequence != sequence:
         two.clock.sleep(0.02)
     dead.feed_watchdog()

@@ -19,6 +19,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_pdu import WRITE_ONE
 from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
 from bufferstand.drivers.stand_file import load_stand
+from bufferstand.foundation.motions import ControllerMotion
 from bufferstand.protocols.steps import RampTo
 from tests.drivers.conftest import SAMPLE_STAND
 
@@ -74,13 +75,13 @@ def test_a_guard_that_trips_between_two_requests_ends_the_command() -> None:
     calm = bench.acquisition.latest.values["force"]
     guard = ChannelGuard("force", "force", calm + 50.0, None, "kN", "force", Action.STOP)
     bench.panel.change(replace(bench.guards, channels=(guard,)))
-    before = bench.controller.start_ramp
+    before = bench.controller.start
 
-    def pushed(*, target_mm: float, speed_mm_per_s: float) -> int:
+    def pushed(motion: ControllerMotion, *, hurry: bool = False) -> int:
         bench.opened.device.actuator.position_mm = 10.0  # 200 kN, while the ramp is being armed
-        return before(target_mm=target_mm, speed_mm_per_s=speed_mm_per_s)
+        return before(motion, hurry=hurry)
 
-    bench.controller.start_ramp = pushed  # type: ignore[method-assign]
+    bench.controller.start = pushed  # type: ignore[method-assign]
     with pytest.raises(Halt, match="exceeds the limit"):
         bench.driver.perform(RampTo(20.0, 5.0), 5.0)
     assert bench.ages_s == [], "it was not begun"

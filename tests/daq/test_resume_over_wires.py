@@ -15,6 +15,7 @@ from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_proc
 from bufferstand.drivers.simulated.virtual_link import behind_a_wire
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.errors import ExitStatus
+from bufferstand.foundation.motions import RampTo
 from bufferstand.recording.runfile import open_run
 from tests.daq.cases import Lines
 from tests.daq.killed_over_a_wire import CYCLES_DONE, profile_of
@@ -46,7 +47,7 @@ def left_behind(stand_file: StandFile, round_trip_s: float, how: str) -> InProce
     controller = behind_a_wire(opened, stand_file, lambda: round_trip_s, profile_of(how)).controller
     controller.connect()
     controller.enable(force_limit_kN=200.0, stroke_limit_mm=100.0, watchdog_ms=2000)
-    controller.start_ramp(target_mm=20.0, speed_mm_per_s=20.0)
+    controller.start(RampTo(target_mm=20.0, speed_mm_per_s=20.0))
     opened.clock.sleep(1.5)
     assert opened.truth.arrays()["force_kN"][-1] > 5.0
     opened.clock.sleep(FORGOTTEN_S)

@@ -11,6 +11,7 @@ import pytest
 from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
 from bufferstand.daq.signals import STOP_SIGNALS, StopLevel, StopRequest, signals_held_back, stop_on_signals
 from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.daq.fake_stand import FakeClock, FakeController, Orders
 
 SETTINGS = SafeStopSettings(release_speed_mm_per_s=20.0, watchdog_s=2.0)
@@ -26,7 +27,7 @@ def enabled(orders: Orders | None = None) -> tuple[FakeController, FakeClock]:
 def loaded(orders: Orders | None = None) -> tuple[FakeController, FakeClock]:
     """Return a controller that holds 200 kN at 40 mm after one second."""
     controller, clock = enabled(orders)
-    controller.start_ramp(target_mm=40.0, speed_mm_per_s=80.0)
+    controller.start(RampTo(target_mm=40.0, speed_mm_per_s=80.0))
     clock.sleep(0.9)
     controller.feed_watchdog()
     return controller, clock
@@ -40,13 +41,13 @@ def stop_of(controller: FakeController, clock: FakeClock, **options: object) -> 
 
 
 START: dict[str, Callable[[FakeController], object]] = {
-    "holding": lambda c: c.start_hold(),
-    "ramping": lambda c: c.start_ramp(target_mm=60.0, speed_mm_per_s=5.0),
-    "harmonic": lambda c: c.start_harmonic(mean_mm=40.0, amplitude_mm=5.0, frequency_Hz=1.0, cycles=100),
-    "static": lambda c: c.start_static(
-        speed_mm_per_s=5.0, force_limit_kN=300.0, stroke_limit_mm=80.0, cycles=9, pause_s=0.0
+    "holding": lambda c: c.start(StandStill()),
+    "ramping": lambda c: c.start(RampTo(target_mm=60.0, speed_mm_per_s=5.0)),
+    "harmonic": lambda c: c.start(Harmonic(mean_mm=40.0, amplitude_mm=5.0, frequency_Hz=1.0, cycles=100)),
+    "static": lambda c: c.start(
+        StaticCycles(speed_mm_per_s=5.0, force_limit_kN=300.0, stroke_limit_mm=80.0, cycles=9, pause_s=0.0)
     ),
-    "releasing": lambda c: c.start_release(speed_mm_per_s=5.0),
+    "releasing": lambda c: c.start(Release(speed_mm_per_s=5.0)),
 }
 
 

@@ -242,7 +242,7 @@ class Restarted(Sleeper):
         fresh.clock.sleep(0.05)
         self.opened = fresh
         self.bank = RegisterBank(fresh.device, PROFILE, self.clock.now_s)
-        cast(Any, self.stand.controller)._link._responder._bank = self.bank
+        cast(Any, self.stand.controller)._link._wire.responder._bank = self.bank
         self.dead = False
 
     def _seen(self, request: bytes) -> Lost:

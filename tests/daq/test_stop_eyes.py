@@ -17,6 +17,7 @@ from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, StopEyes
 from bufferstand.drivers.interfaces import ControllerStatus, Stand
+from bufferstand.foundation.motions import ControllerMotion, RampTo, StandStill
 from bufferstand.foundation.zero import ChannelZero, Zero
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
 
@@ -222,7 +223,7 @@ def stopped(off_kN: float, orders: Orders | None = None) -> tuple[SafeStop, Acqu
     controller.off_kN = off_kN
     stand = Stand(controller, ())
     controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
-    controller.start_ramp(target_mm=1.0, speed_mm_per_s=20.0)
+    controller.start(RampTo(target_mm=1.0, speed_mm_per_s=20.0))
     clock.sleep(0.5)
     eyes, acquisition = eyes_on(clock, stand)
     acquisition.tick()
@@ -325,17 +326,19 @@ def test_an_emergency_while_it_holds_ends_the_hold() -> None:
     clock = FakeClock()
     controller = FakeController(clock)
     controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
-    controller.start_ramp(target_mm=40.0, speed_mm_per_s=80.0)
+    controller.start(RampTo(target_mm=40.0, speed_mm_per_s=80.0))
     clock.sleep(0.9)
     controller.feed_watchdog()
-    hold = controller.start_hold
+    hold = controller.start
 
-    def endless() -> int:
-        hold()
+    def endless(motion: ControllerMotion, *, hurry: bool = False) -> int:
+        number = hold(motion, hurry=hurry)
+        if not isinstance(motion, StandStill):
+            return number
         controller._motion = lambda _: (controller.mm, False)
         return controller.sequence
 
-    controller.start_hold = endless  # type: ignore[method-assign]
+    controller.start = endless  # type: ignore[method-assign]
     stop = SafeStop(
         controller,
         clock,

@@ -14,7 +14,7 @@ from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.simulated.faults import parse_fault
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_pdu import READ_HOLDING
-from bufferstand.drivers.simulated.virtual_link import Lost, VirtualLink, behind_a_wire
+from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire, virtual_link
 from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
 from bufferstand.drivers.stand_file import load_stand
 from tests.drivers.conftest import SAMPLE_STAND
@@ -134,7 +134,7 @@ def test_a_ring_that_another_program_reads_is_left_alone(function_23: bool) -> N
         sent.append(request)
         return ""
 
-    link = VirtualLink(opened.device, profile, opened.clock, lambda: 0.001, seen)
+    link = virtual_link(opened.device, profile, opened.clock, lambda: 0.001, seen)
     campaign, check = (
         RingController(link, profile, stand_file.controller.channel, opened.clock) for _ in range(2)
     )

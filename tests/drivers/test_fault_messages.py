@@ -25,6 +25,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
 from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.motions import RampTo
 from tests.drivers.conftest import SAMPLE_STAND
 
 DOCS = Path(__file__).parents[2] / "docs" / "simulated-stand.md"
@@ -351,7 +352,7 @@ def test_a_stuck_transducer_is_told_by_its_neighbour(tmp_path: Path) -> None:
     controller = opened.stand.controller
     controller.enable(force_limit_kN=300.0, stroke_limit_mm=50.0, watchdog_ms=60_000)
     opened.clock.sleep(1.0)
-    controller.start_ramp(target_mm=15.0, speed_mm_per_s=20.0)
+    controller.start(RampTo(target_mm=15.0, speed_mm_per_s=20.0))
     opened.clock.sleep(1.5)
     controller.disable()  # beside a valve that is on a check does not read the ring
     rows = check_devices(file, controller, (), opened.clock, watch_s=0.5)

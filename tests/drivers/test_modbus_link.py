@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus_link import Exchange, ModbusLink, ModbusRefusal
 from bufferstand.drivers.modbus_wires import TcpWire
 from bufferstand.drivers.profile import Profile
 from bufferstand.foundation.errors import DeviceFault, WireLost
@@ -36,7 +36,7 @@ def test_nothing_happens_on_a_good_wire(link: ModbusLink, server: RawServer) -> 
     link.write(97, [7], "heartbeat")
     link.write(100, [1, 2, 3, 4], "limits")
     assert link.read(100, 4, "limits") == [1, 2, 3, 4]
-    assert link.exchange(read_address=97, read_count=2, write_address=98, values=[500], what="both") == [
+    assert link.exchange(Exchange(97, 2, 98, (500,), "both")) == [
         7,
         500,
     ]

@@ -20,6 +20,7 @@ from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import WireLost
+from bufferstand.foundation.motions import RampTo, StandStill
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
@@ -158,7 +159,7 @@ def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, t
                 ModbusLink(TcpWire("127.0.0.1", between), timeout_s=1.0), profile, CHANNELS, WallClock()
             )
             script.plan({8: other_target})  # status, lock (3), arming
-            assert controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0) == 1
+            assert controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0)) == 1
             (event,) = controller.events()
             assert "armed once more" in event
             assert [command["target"] for command in device.executed] == [10.0]
@@ -166,7 +167,7 @@ def test_an_altered_command_is_seen_before_it_moves_anything(profile: Profile, t
             with pytest.raises(
                 DeviceFault, match=r"it reads back as .*, twice; look whether the device bounds"
             ):
-                controller.start_ramp(target_mm=20.0, speed_mm_per_s=5.0)
+                controller.start(RampTo(target_mm=20.0, speed_mm_per_s=5.0))
             assert len(device.executed) == 1
             controller.close()
         asyncio.run_coroutine_threadsafe(server.stop(), loop).result(60)
@@ -200,7 +201,7 @@ def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
         )
         limits = {"force_limit_kN": 500.0, "stroke_limit_mm": 100.0, "watchdog_ms": 5000}
         first.enable(**limits)  # type: ignore[arg-type]
-        for what in (lambda: second.enable(**limits), second.start_hold):  # type: ignore[arg-type]
+        for what in (lambda: second.enable(**limits), lambda: second.start(StandStill())):  # type: ignore[arg-type]
             with pytest.raises(
                 DeviceFault, match=r"another program \(number \d+, this one is \d+\)"
             ) as caught:
@@ -210,7 +211,7 @@ def test_two_programs_one_controller(tmp_path: Path, profile: Profile) -> None:
             with pytest.raises(NotInCharge, match="nothing was sent"):
                 what()
         assert second.status().force_kN == first.status().force_kN  # reading is free
-        first.start_hold()
+        first.start(StandStill())
         first.disable()
         with pytest.raises(DeviceFault, match="another program"):
             second.enable(**limits)  # type: ignore[arg-type] - the valve is off, the lock is kept

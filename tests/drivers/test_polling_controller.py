@@ -28,6 +28,7 @@ from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.motions import RampTo
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.servers import loop_thread
@@ -181,7 +182,7 @@ def test_commands_are_done_between_the_polls(served: Served) -> None:
     controller = served.controller
     controller.connect()
     controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
-    number = controller.start_ramp(target_mm=1.0, speed_mm_per_s=100.0)
+    number = controller.start(RampTo(target_mm=1.0, speed_mm_per_s=100.0))
     end_s = time.monotonic() + 30.0
     while (status := controller.status()).done_sequence != number:
         assert time.monotonic() < end_s
@@ -195,7 +196,7 @@ def test_what_a_register_cannot_resolve_is_said(served: Served) -> None:
     controller.connect()
     controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
     controller.events()
-    controller.start_ramp(target_mm=1.2345, speed_mm_per_s=100.0)
+    controller.start(RampTo(target_mm=1.2345, speed_mm_per_s=100.0))
     (event,) = [event for event in controller.events() if "is sent as" in event]
     assert "target 1.2345 mm is sent as 1.23 (one count of the register is 0.01 mm)" in event
 

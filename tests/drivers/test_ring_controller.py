@@ -19,6 +19,7 @@ from bufferstand.drivers.profile import Profile, load_profile
 from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.drivers import servers
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.profiles import plain_ring
@@ -105,13 +106,15 @@ class TestOnEachServer:
     def test_commands_reach_the_device(self, pair: tuple[RingController, RingDevice]) -> None:
         controller, device = pair
         numbers = [
-            controller.start_hold(),
-            controller.start_ramp(target_mm=25.5, speed_mm_per_s=2.5),
-            controller.start_harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12),
-            controller.start_static(
-                speed_mm_per_s=50.0, force_limit_kN=595.0, stroke_limit_mm=105.0, cycles=3, pause_s=60.0
+            controller.start(StandStill()),
+            controller.start(RampTo(target_mm=25.5, speed_mm_per_s=2.5)),
+            controller.start(Harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12)),
+            controller.start(
+                StaticCycles(
+                    speed_mm_per_s=50.0, force_limit_kN=595.0, stroke_limit_mm=105.0, cycles=3, pause_s=60.0
+                )
             ),
-            controller.start_release(speed_mm_per_s=10.0),
+            controller.start(Release(speed_mm_per_s=10.0)),
         ]
         assert numbers == [1, 2, 3, 4, 5]
         names = ["target", "speed", "mean", "amplitude", "frequency", "cycles"]
@@ -132,7 +135,7 @@ class TestOnEachServer:
     def test_a_running_sine_is_changed_by_command_6(self, pair: tuple[RingController, RingDevice]) -> None:
         controller, device = pair
         assert controller.can_adjust
-        number = controller.start_harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12)
+        number = controller.start(Harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12))
         controller.adjust_harmonic(mean_mm=50.25, amplitude_mm=12.75)
         last = device.executed[-1]
         assert last["command_sequence"] == number + 1
@@ -369,7 +372,7 @@ class TestCommands:
     ) -> None:
         device.reject = code
         with pytest.raises(CommandRejected) as caught:
-            controller.start_ramp(target_mm=300.0, speed_mm_per_s=5.0)
+            controller.start(RampTo(target_mm=300.0, speed_mm_per_s=5.0))
         assert str(caught.value) == (
             f"controller rejected arming ramp to 300 mm at 5 mm/s (command 2, sequence 1): {reason} "
             "(it is “switch-on disabled”)"
@@ -383,7 +386,7 @@ class TestCommands:
         with pytest.raises(
             CommandRejected, match=r"refused arming ramp .*it gave no reason \(Modbus exception 4\)"
         ):
-            controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+            controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         assert device.executed == []
 
     def test_a_device_that_does_not_judge_is_a_fault(
@@ -391,7 +394,7 @@ class TestCommands:
     ) -> None:
         device.judge = lambda: None  # type: ignore[method-assign]
         with pytest.raises(DeviceFault, match=r"arming ramp .*: not judged within 0\.25 s") as caught:
-            controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+            controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         assert not isinstance(caught.value, CommandRejected)
 
     @pytest.mark.parametrize("at", range(7))
@@ -399,21 +402,21 @@ class TestCommands:
         self, controller: RingController, device: RingDevice, server: servers.RawServer, at: int
     ) -> None:
         server.replies = [*[servers.truly] * (at + 1), servers.silent]
-        assert controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0) == 1
+        assert controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0)) == 1
         assert [command["command_sequence"] for command in device.executed] == [1]
 
     def test_numbering_goes_on_where_the_last_program_ended(
         self, controller: RingController, device: RingDevice
     ) -> None:
         device.set("echo_sequence", 65534)
-        assert [controller.start_hold() for _ in range(3)] == [65535, 1, 2]  # 0 means none
+        assert [controller.start(StandStill()) for _ in range(3)] == [65535, 1, 2]  # 0 means none
 
     @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e39])
     def test_what_is_no_number_is_not_sent(
         self, controller: RingController, server: servers.RawServer, bad: float
     ) -> None:
         with pytest.raises(CommandRejected, match="was not sent: "):
-            controller.start_ramp(target_mm=bad, speed_mm_per_s=1.0)
+            controller.start(RampTo(target_mm=bad, speed_mm_per_s=1.0))
         assert all(request[0] == 23 for request in server.requests)  # the status
 
 
@@ -423,9 +426,9 @@ class TestAtOnce:
     ) -> None:
         controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
         assert controller.stops_at_once
-        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         before = len(server.requests)
-        number = controller.start_hold()
+        number = controller.start(StandStill())
         requests = server.requests[before:]
         assert [request[0] for request in requests] == [16, 23, 3], "block and execute, status, read back"
         assert struct.unpack(">HH", requests[0][1:5]) == (64, 21), "command_sequence … execute"
@@ -438,7 +441,7 @@ class TestAtOnce:
         controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
         before = len(server.requests)
         device.set("state", 5)
-        controller.start_release(speed_mm_per_s=20.0, hurry=True)
+        controller.start(Release(speed_mm_per_s=20.0), hurry=True)
         assert [request[0] for request in server.requests[before:]] == [16, 23, 3]
         assert (device.executed[-1]["command_code"], device.executed[-1]["speed"]) == (5, 20.0)
 
@@ -469,7 +472,7 @@ class TestAtOnce:
             f"controller does not take a command and its execution in one request{exception}: a stop releases"
         )
         before = len(server.requests)
-        controller.start_hold()
+        controller.start(StandStill())
         assert [request[0] for request in server.requests[before:]] == [16, 6, 23, 3]
         assert device.executed[-1]["command_code"] == 1
 
@@ -483,7 +486,7 @@ class TestAtOnce:
 
         device.write = in_parts  # type: ignore[method-assign]
         device.set("state", 3)
-        controller.start_hold()
+        controller.start(StandStill())
         assert [command["command_code"] for command in device.executed] == [1]
 
     def test_an_altered_hold_is_seen_afterwards_and_given_anew(
@@ -501,7 +504,7 @@ class TestAtOnce:
             write(address, values)
 
         device.write = altering  # type: ignore[method-assign]
-        controller.start_hold()
+        controller.start(StandStill())
         (event,) = controller.events()
         assert "it reads back as" in event
         assert event.endswith("given anew")
@@ -519,9 +522,9 @@ class TestAtOnce:
         before = len(server.requests)
         server.replies = [servers.silent]
         with pytest.raises(DeviceFault, match=r"hold .*no reply within 0\.\d+ s"):
-            controller.start_hold()
+            controller.start(StandStill())
         assert len(server.requests) == before + 1, "sent once"
-        controller.start_release(speed_mm_per_s=20.0, hurry=True)
+        controller.start(Release(speed_mm_per_s=20.0), hurry=True)
         assert [command["command_code"] for command in device.executed][-2:] == [1, 5]
 
 
@@ -536,8 +539,8 @@ class TestLookingBetween:
             at.append(len(server.requests) - before)
 
         for give, looks in (
-            (lambda: controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0), [0, 1, 2, 3, 4, 5]),
-            (controller.start_hold, [1, 2]),
+            (lambda: controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0)), [0, 1, 2, 3, 4, 5]),
+            (lambda: controller.start(StandStill()), [1, 2]),
         ):
             before = len(server.requests)
             at.clear()
@@ -545,7 +548,7 @@ class TestLookingBetween:
                 give()
             assert at == looks
             assert len(server.requests) - before == looks[-1] + 1
-        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         assert at == [1, 2], "outside nobody looks"
 
     def test_what_a_look_raises_ends_the_command_before_it_moves(
@@ -560,16 +563,16 @@ class TestLookingBetween:
                 raise KeyError("a guard")
 
         with pytest.raises(KeyError), controller.look_between(trip):
-            controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+            controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         assert device.executed == []
-        controller.start_ramp(target_mm=20.0, speed_mm_per_s=5.0)
+        controller.start(RampTo(target_mm=20.0, speed_mm_per_s=5.0))
         assert [command["target"] for command in device.executed] == [20.0]
 
     def test_the_controllers_clock_is_kept_from_when_it_showed_that_it_had_taken_a_command(
         self, controller: RingController, device: RingDevice
     ) -> None:
         device.set("tick", 123_456)
-        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         assert controller.taken_us == 123_456
 
 
@@ -577,7 +580,7 @@ class TestReadyRelease:
     def test_it_can_be_begun_as_soon_as_it_was_written_and_is_read_back_then(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
-        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
+        controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         looks = 0
 
         def trip() -> None:
@@ -587,40 +590,40 @@ class TestReadyRelease:
                 raise KeyError("a guard")
 
         with pytest.raises(KeyError), controller.look_between(trip):
-            controller.prepare_release(speed_mm_per_s=20.0)
+            controller.prepare(Release(speed_mm_per_s=20.0))
         before = len(server.requests)
-        controller.start_release(speed_mm_per_s=20.0, hurry=True)
+        controller.start(Release(speed_mm_per_s=20.0), hurry=True)
         assert [request[0] for request in server.requests[before:]] == [6, 23, 3]
         assert [command["command_code"] for command in device.executed] == [2, 5]
 
     def test_it_takes_one_write_and_one_look(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
-        controller.start_ramp(target_mm=10.0, speed_mm_per_s=5.0)
-        controller.prepare_release(speed_mm_per_s=20.0)
+        controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
+        controller.prepare(Release(speed_mm_per_s=20.0))
         assert [command["command_code"] for command in device.executed] == [2], "it is ready, not begun"
         before = len(server.requests)
-        assert controller.start_release(speed_mm_per_s=20.0) == 2
+        assert controller.start(Release(speed_mm_per_s=20.0)) == 2
         assert [request[0] for request in server.requests[before:]] == [6, 23]
         assert [command["command_code"] for command in device.executed] == [2, 5]
 
     def test_another_speed_or_another_command_is_armed_as_ever(
         self, controller: RingController, device: RingDevice
     ) -> None:
-        controller.prepare_release(speed_mm_per_s=20.0)
-        controller.start_release(speed_mm_per_s=10.0)
+        controller.prepare(Release(speed_mm_per_s=20.0))
+        controller.start(Release(speed_mm_per_s=10.0))
         assert device.executed[-1]["speed"] == 10.0
-        controller.prepare_release(speed_mm_per_s=20.0)
-        controller.start_hold()
-        controller.start_release(speed_mm_per_s=20.0)
+        controller.prepare(Release(speed_mm_per_s=20.0))
+        controller.start(StandStill())
+        controller.start(Release(speed_mm_per_s=20.0))
         assert [command["command_code"] for command in device.executed] == [5, 1, 5]
 
     def test_a_controller_that_has_dropped_it_is_told_anew(
         self, controller: RingController, device: RingDevice
     ) -> None:
-        controller.prepare_release(speed_mm_per_s=20.0)
+        controller.prepare(Release(speed_mm_per_s=20.0))
         device.set("command_sequence", 999)  # as when it was switched off and on meanwhile
-        number = controller.start_release(speed_mm_per_s=20.0)
+        number = controller.start(Release(speed_mm_per_s=20.0))
         assert device.executed[-1]["command_sequence"] == number
         assert device.executed[-1]["speed"] == 20.0
 

@@ -9,7 +9,7 @@ from bufferstand.drivers.register_controller import RegisterController
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
 from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.virtual_link import VirtualLink
+from bufferstand.drivers.simulated.virtual_link import virtual_link
 from bufferstand.drivers.stand_file import load_stand
 from tests.daq.cases import SAMPLES
 from tests.drivers.profiles import changed_ring
@@ -28,7 +28,7 @@ def asked(profile: Profile) -> tuple[bool, list[bytes]]:
         seen.append(request)
         return ""
 
-    link = VirtualLink(opened.device, profile, opened.clock, lambda: 0.001, kept)  # type: ignore[arg-type]
+    link = virtual_link(opened.device, profile, opened.clock, lambda: 0.001, kept)  # type: ignore[arg-type]
     controller = RegisterController(link, profile)
     controller.identify()
     found = controller.says_simulated()

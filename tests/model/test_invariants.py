@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.curves import Curves
-from bufferstand.model.fleet import SpringFleet
+from bufferstand.model.energy import stored_energy
 from bufferstand.model.paper import simulate_paper
 from bufferstand.model.simulation import band_history, simulate
 from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
@@ -126,15 +126,15 @@ def test_i06_the_step_solves_the_heat_balance(loss_W_per_K, steps):
 def test_i07_a_jump_of_temperature_at_hold_keeps_p(strokes):
     """F = s F(T_ref), where the paper's F as state would leave the band (test_paper.py)."""
     model = spring(temperature=TemperatureLaw(sensitivity_per_K=0.01, depth_mm=20.0))
-    fleet = SpringFleet([model], [0, 0], 25.0)
+    stepper = SpringStepper(model, 25.0, 25.0)
     for stroke in strokes:
-        fleet.step([stroke, stroke], 1.0)
-    force, band = fleet.force_kN[0], fleet.band[0]
-    fleet.temperature_C[1] = -15.0
-    fleet.step([strokes[-1]] * 2, 0.0)
+        stepper.step(stroke, 1.0)
+    force, band = stepper.force_kN, stepper.band
+    assert stepper.step(strokes[-1], 0.0) == pytest.approx(force, rel=2e-5)
+    stepper.temperature_C = -15.0
     s = 1.0 + 0.4 * (1.0 - np.exp(-strokes[-1] / 20.0))
-    assert fleet.band.tolist() == [band, band]
-    assert fleet.force_kN.tolist() == pytest.approx([force, s * force], rel=2e-5)
+    assert stepper.step(strokes[-1], 0.0) == pytest.approx(s * force, rel=2e-5)
+    assert stepper.band == band
 
 
 def meeting(preload_kN):
@@ -157,17 +157,19 @@ MEETING = {preload_kN: meeting(preload_kN) for preload_kN in (0.0, 20.0)}
 def test_i08_edges_are_finite_and_never_pull(preload_kN, data):
     """No preload, curves that meet, strokes below 0 and beyond the end, no time, deep cold and great heat."""
     start_C = data.draw(st.sampled_from([-60.0, 25.0, 300.0]))
-    fleet, heat = SpringFleet([MEETING[preload_kN]], [0], start_C), 0.0
+    model = MEETING[preload_kN]
+    stepper, heat = SpringStepper(model, start_C, start_C), 0.0
     moves = data.draw(
         st.lists(st.tuples(st.floats(-5.0, 85.0), st.sampled_from([0.0, 1e-9, 0.1, 1e4])), max_size=12)
     )
     for stroke, dt in moves:
-        force = float(fleet.step([stroke], dt)[0])
-        assert np.isfinite([force, fleet.temperature_C[0], fleet.work_J[0], fleet.stored_J()[0]]).all()
+        force = stepper.step(stroke, dt)
+        stored = stored_energy(model, stroke, stepper.band, stepper.lags_mm, stepper.temperature_C)
+        assert np.isfinite([force, stepper.temperature_C, stepper.work_J, *stored]).all()
         assert force >= 0.0
         assert force == 0.0 or stroke > 0.0
-        assert fleet.heat_J[0] >= heat
-        heat = float(fleet.heat_J[0])
+        assert stepper.heat_J >= heat
+        heat = stepper.heat_J
 
 
 def test_i09_a_transition_below_a_curve_is_refused_with_its_place():

@@ -1,4 +1,4 @@
-"""Compiled kernel, plain kernel and stepper give the same bits; springs side by side the same figures."""
+"""Compiled kernel, plain kernel and stepper give the same bits."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bufferstand.model import kernels
-from bufferstand.model.compiled import simulate_compiled
-from bufferstand.model.fleet import SpringFleet, factors_of, law_of, rest_of
+from bufferstand.model.compiled import factors_of, law_of, rest_of, simulate_compiled
 from bufferstand.model.isothermal import isothermal_force
 from bufferstand.model.kernels import READ, STATE_SIZE, drive
 from bufferstand.model.simulation import band_history, simulate
@@ -93,69 +92,9 @@ def test_on_any_curves_the_kernel_is_the_stepper(data):
     np.testing.assert_array_equal(rows(model, strokes, 0.3), by_stepper(model, strokes, 0.3))
 
 
-def fleet_and_steppers(compiled: bool, count: int = 40):
-    """Springs of all kinds, each with its own strokes and temperature, and a stepper for each of them."""
-    models = tuple(MODELS.values())
-    random = np.random.default_rng(7)
-    kinds = random.integers(0, len(models), count)
-    at_C, around_C = random.uniform(-10.0, 60.0, count), random.uniform(0.0, 30.0, count)
-    fleet = SpringFleet(models, kinds, at_C, around_C, compiled=compiled)
-    steppers = [SpringStepper(models[k], a, b) for k, a, b in zip(kinds, at_C, around_C, strict=True)]
-    return random, fleet, steppers
-
-
-@pytest.mark.parametrize(
-    "compiled", [False, pytest.param(True, marks=needs_numba)], ids=["numpy", "compiled"]
-)
-def test_springs_side_by_side_are_steppers_one_by_one(compiled):
-    """Within 1e-9 by numpy, to the last bit when compiled; steps of several durations, jumps and holds."""
-    random, fleet, steppers = fleet_and_steppers(compiled)
-    assert len(fleet) == 40
-    stroke = np.zeros(40)
-    for dt_s in (0.001, 0.001, 0.2, 0.0, 5.0) * 12:
-        stroke = np.where(random.random(40) < 0.2, stroke, random.uniform(-5.0, 115.0, 40))
-        force = fleet.step(stroke, dt_s)
-        for stepper, x in zip(steppers, stroke.tolist(), strict=True):
-            stepper.step(x, dt_s)
-        assert force is fleet.force_kN
-        for name in FIGURES:
-            expected = np.array([getattr(stepper, name) for stepper in steppers])
-            if compiled:
-                np.testing.assert_array_equal(getattr(fleet, name), expected)
-            else:
-                scale = max(1.0, np.abs(expected).max())
-                np.testing.assert_allclose(getattr(fleet, name), expected, rtol=0.0, atol=1e-11 * scale)
-
-
-@pytest.mark.parametrize(
-    "compiled", [False, pytest.param(True, marks=needs_numba)], ids=["numpy", "compiled"]
-)
-def test_springs_of_one_kind_keep_apart(compiled):
-    model = category_a()
-    fleet = SpringFleet([model], np.zeros(3, dtype=int), [20.0, 20.0, 60.0], compiled=compiled)
-    fleet.step([50.0, 0.0, 50.0], 0.1)
-    assert fleet.force_kN[0] == pytest.approx(SpringStepper(model, 20.0, 20.0).step(50.0, 0.1), rel=1e-12)
-    assert fleet.force_kN[1] == 0.0
-    assert fleet.force_kN[2] < 0.8 * fleet.force_kN[0]
-    fleet.temperature_C[0] = 60.0
-    assert fleet.step([50.0, 0.0, 50.0], 0.0)[0] == pytest.approx(fleet.force_kN[2], rel=5e-3)
-
-
-def test_what_a_fleet_cannot_do_is_refused():
-    with pytest.raises(ValueError, match="0 … 0"):
-        SpringFleet([category_a()], [0, 1], 20.0)
-    fleet = SpringFleet([category_a()], [0, 0], 20.0)
-    with pytest.raises(ValueError, match="1 strokes for 2 springs"):
-        fleet.step([1.0], 0.1)
-    with pytest.raises(ValueError, match="0 s or more"):
-        fleet.step([1.0, 1.0], -0.1)
-
-
 def test_nothing_imports_numba_unasked():
     """It takes half a second and 190 MB: only who asks for the compiled kernel pays."""
-    code = (
-        "import sys, bufferstand.model.fleet, bufferstand.model.prediction; sys.exit('numba' in sys.modules)"
-    )
+    code = "import sys, bufferstand.model.compiled; sys.exit('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-P", "-c", code], check=False).returncode == 0
 
 

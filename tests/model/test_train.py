@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.model import kernels
 from bufferstand.model.energy import stored_energy
 from bufferstand.model.simulation import band_history, lag_histories, simulate
 from bufferstand.model.spring import HeatBalance, TemperatureLaw, ViscousBranch
@@ -62,13 +61,6 @@ def test_softening_costs_the_ledger_less_than_its_share_of_force():
     assert np.abs(total / total[0] - 1.0).max() < 0.01 * impact.warming_K.max()
     assert np.all(np.diff(impact.lost_J) >= 0.0)
     assert 0.1 < impact.warming_K.max() < 2.0
-
-
-@pytest.mark.skipif(not kernels.available(), reason="the extra fast is not installed")
-def test_the_compiled_train_is_the_same_train():
-    plain, fast = (run_impact(SMALL, category_a(), draw_hook(), compiled=c) for c in (False, True))
-    np.testing.assert_allclose(fast.gap_force_kN, plain.gap_force_kN, atol=1e-7)
-    np.testing.assert_allclose(fast.speed_m_per_s, plain.speed_m_per_s, atol=1e-10)
 
 
 def test_one_wagon_onto_one_is_the_stroke_of_its_energy():

@@ -10,6 +10,7 @@ import pytest
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.motions import RampTo, Release, StandStill
 from tests.peers.controllers import Case, controller
 
 Program = Callable[[str], Path]
@@ -31,9 +32,9 @@ def test_a_hold_in_one_request_is_tried_when_it_is_switched_on_and_ends_a_motion
         driver.connect()
         driver.enable(force_limit_kN=100.0, stroke_limit_mm=50.0, watchdog_ms=30000)
         assert driver.stops_at_once, driver.events()
-        ramp = driver.start_ramp(target_mm=40.0, speed_mm_per_s=0.5)
-        hold = driver.start_hold()
-        release = driver.start_release(speed_mm_per_s=20.0, hurry=True)
+        ramp = driver.start(RampTo(target_mm=40.0, speed_mm_per_s=0.5))
+        hold = driver.start(StandStill())
+        release = driver.start(Release(speed_mm_per_s=20.0), hurry=True)
         driver.disable()
         driver.close()
         said = running.events()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import select
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, TextIO
 
 import pytest
@@ -19,6 +19,7 @@ from bufferstand.cli.movement import stand_text
 from bufferstand.drivers.interfaces import Controller
 from bufferstand.drivers.stand_file import Limits, StandFile
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.motions import ControllerMotion
 
 FEED_S = 0.2
 """While the operator thinks, a holding actuator wants its watchdog fed [s]."""
@@ -87,7 +88,7 @@ def reach(order: str, values: dict[str, Any]) -> tuple[float, float]:
         farthest = lowest if lowest < 0.0 else highest
         return farthest, 2.0 * math.pi * values.get("frequency_Hz", 1.0) * abs(amplitude)
     speed = values.get("speed_mm_per_s", 0.0)
-    if order == "start_static":
+    if order == "static":
         return values["stroke_limit_mm"], speed
     return values.get("target_mm", 0.0), speed
 
@@ -107,8 +108,8 @@ class Announced:
         Waits for the operator, calling what it is given to keep the stand alive; returns whether to go on.
     """
 
-    MOTIONS = ("start_ramp", "start_harmonic", "start_static", "adjust_harmonic", "enable")
-    SAFE = ("start_release", "start_hold", "disable")
+    MOTIONS = ("ramp", "harmonic", "static", "adjust_harmonic", "enable")
+    SAFE = ("release", "hold", "disable")
     """They take away force or speed: said, never asked for."""
 
     def __init__(
@@ -125,7 +126,14 @@ class Announced:
 
     def __getattr__(self, name: str) -> Any:
         member = getattr(self._controller, name)
-        if not callable(member) or not name.startswith(("start_", *self.MOTIONS, *self.SAFE)):
+        if name == "start":
+
+            def started(motion: ControllerMotion, **how: Any) -> Any:
+                self._before(motion.name, asdict(motion))
+                return member(motion, **how)
+
+            return started
+        if not callable(member) or not name.startswith((*self.MOTIONS, *self.SAFE)):
             return member
 
         def ordered(**values: Any) -> Any:
@@ -143,7 +151,7 @@ class Announced:
         if why := self._bounds.broken_by(order, values):
             raise OutOfBounds(why)
         parameters = ", ".join(f"{key} {value:.4g}" for key, value in values.items())
-        self._say(f"NEXT: {order.removeprefix('start_')}  {parameters}")
+        self._say(f"NEXT: {order}  {parameters}")
         if order not in self.SAFE and not self._confirmed(self._feed):
             pytest.exit("the operator said no; the force is taken away", returncode=3)
 

@@ -17,6 +17,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
 from bufferstand.foundation.clock import Clock, WallClock
+from bufferstand.foundation.motions import Release
 from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 
@@ -96,7 +97,7 @@ class Bench:
     def rest(self) -> None:
         """Bring it to zero force, off, and forget what was sampled and said."""
         if self.controller.status().state in (MotionState.HOLDING, MotionState.RAMPING, MotionState.WAVEFORM):
-            self.done(self.controller.start_release(speed_mm_per_s=20.0))
+            self.done(self.controller.start(Release(speed_mm_per_s=20.0)))
         if self.controller.in_charge:  # else nobody has switched it on
             self.controller.disable()
             self.controller.give_back()

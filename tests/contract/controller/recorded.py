@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,12 @@ class Recorded:
             return member
 
         def called(*values: Any, **named: Any) -> Any:
-            if values or named or name.startswith("start_"):
+            if values or named:
+                order = [name, list(values), named]
+                if name == "start":
+                    order = [values[0].name, [], asdict(values[0])]
                 with self._orders.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps([name, list(values), named]) + "\n")
+                    file.write(json.dumps(order) + "\n")
             return member(*values, **named)
 
         return called

@@ -8,6 +8,7 @@ import os
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,13 @@ import pytest
 
 from bufferstand.drivers.interfaces import Controller
 from bufferstand.foundation.errors import CommandRejected
+from bufferstand.foundation.motions import ControllerMotion, Harmonic, RampTo, Release, StaticCycles
 from tests.contract.controller import backends
 from tests.contract.controller.announced import Announced, Bounds, OutOfBounds, confirmed_at
 
 ROOT = Path(__file__).parents[3]
 STAND = "simulated-630kN"
-QUIET = {"start_hold", "start_release"}
+QUIET = {"hold", "release"}
 
 
 def run_on_hardware(folder: Path, *words: str) -> tuple[subprocess.CompletedProcess[str], list[Any]]:
@@ -56,7 +58,7 @@ def test_no_order_of_the_suite_goes_beyond_what_it_announces(tmp_path: Path) -> 
     stroke_mm, speed_mm_per_s, force_kN, limit_mm = map(float, said.groups())
     moving = [(name, named) for name, values, named in orders if name not in QUIET and not values]
     names = {name for name, _ in moving}
-    assert {"start_ramp", "start_harmonic", "start_static", "enable"} <= names, "it tries nothing"
+    assert {"ramp", "harmonic", "static", "enable"} <= names, "it tries nothing"
     for name, named in moving:
         reached = named.get("target_mm", named.get("stroke_limit_mm", 0.0))
         speed = named.get("speed_mm_per_s", 0.0)
@@ -70,7 +72,7 @@ def test_no_order_of_the_suite_goes_beyond_what_it_announces(tmp_path: Path) -> 
         assert 0.0 <= speed <= speed_mm_per_s, (name, named)
         assert named.get("force_limit_kN", 0.0) <= force_kN, (name, named)
     announced = re.findall(r"^\W*NEXT: (\w+)", done.stdout, flags=re.MULTILINE)
-    ordered = [name.removeprefix("start_") for name, _, named in orders if named or name in QUIET]
+    ordered = [name for name, _, named in orders if named or name in QUIET]
     assert [name for name in announced if name != "disable"] == ordered, "each is announced, in order"
     assert "never on a real stand: a controller that took it would do harm" in done.stdout
 
@@ -95,6 +97,9 @@ class Deaf:
     def __init__(self) -> None:
         self.taken: list[str] = []
 
+    def start(self, motion: ControllerMotion) -> None:
+        self.taken.append(motion.name)
+
     def __getattr__(self, name: str) -> Any:
         return lambda **_: self.taken.append(name)
 
@@ -104,25 +109,27 @@ def announced(deaf: Deaf, lines: list[str], *, agrees: bool = True) -> Controlle
 
 
 @pytest.mark.parametrize(
-    ("order", "values"),
+    "order",
     [
-        ("start_ramp", {"target_mm": 61.0, "speed_mm_per_s": 20.0}),
-        ("start_ramp", {"target_mm": -5.0, "speed_mm_per_s": 20.0}),
-        ("start_ramp", {"target_mm": 10.0, "speed_mm_per_s": 6000.0}),
-        ("start_ramp", {"target_mm": math.nan, "speed_mm_per_s": 20.0}),
-        ("start_harmonic", {"mean_mm": 15.0, "amplitude_mm": 2.0, "frequency_Hz": 0.5, "cycles": 1}),
-        ("start_harmonic", {"mean_mm": 1.0, "amplitude_mm": 2.0, "frequency_Hz": 0.5, "cycles": 1}),
-        ("start_harmonic", {"mean_mm": 10.0, "amplitude_mm": 5.0, "frequency_Hz": 2.0, "cycles": 1}),
-        ("start_static", {"speed_mm_per_s": 20.0, "force_limit_kN": 300.0, "stroke_limit_mm": 16.0}),
-        ("start_static", {"speed_mm_per_s": 20.0, "force_limit_kN": 35.0, "stroke_limit_mm": 18.0}),
-        ("enable", {"force_limit_kN": 300.0, "stroke_limit_mm": 20.0, "watchdog_ms": 5000}),
-        ("enable", {"force_limit_kN": 60.0, "stroke_limit_mm": 60.0, "watchdog_ms": 5000}),
+        RampTo(61.0, 20.0),
+        RampTo(-5.0, 20.0),
+        RampTo(10.0, 6000.0),
+        RampTo(math.nan, 20.0),
+        Harmonic(15.0, 2.0, 0.5, 1),
+        Harmonic(1.0, 2.0, 0.5, 1),
+        Harmonic(10.0, 5.0, 2.0, 1),
+        StaticCycles(20.0, 300.0, 16.0, 1, 0.0),
+        StaticCycles(20.0, 35.0, 18.0, 1, 0.0),
+        {"force_limit_kN": 300.0, "stroke_limit_mm": 20.0, "watchdog_ms": 5000},
+        {"force_limit_kN": 60.0, "stroke_limit_mm": 60.0, "watchdog_ms": 5000},
     ],
 )
-def test_an_order_beyond_the_bounds_is_not_sent(order: str, values: dict[str, float]) -> None:
+def test_an_order_beyond_the_bounds_is_not_sent(order: ControllerMotion | dict[str, float]) -> None:
     deaf = Deaf()
+    careful: Any = announced(deaf, [])
+    give = partial(careful.enable, **order) if isinstance(order, dict) else partial(careful.start, order)
     with pytest.raises(OutOfBounds):
-        getattr(announced(deaf, []), order)(**values)
+        give()
     assert deaf.taken == []
     assert not issubclass(OutOfBounds, CommandRejected), "no test takes it for a refusal of the controller"
 
@@ -148,9 +155,9 @@ def test_what_the_operator_does_not_confirm_is_not_sent_but_a_release_always_is(
     deaf, lines = Deaf(), list[str]()
     careful = announced(deaf, lines, agrees=False)
     with pytest.raises(pytest.exit.Exception, match="the operator said no"):
-        careful.start_ramp(target_mm=5.0, speed_mm_per_s=5.0)
+        careful.start(RampTo(target_mm=5.0, speed_mm_per_s=5.0))
     assert deaf.taken == []
     assert lines == ["NEXT: ramp  target_mm 5, speed_mm_per_s 5"]
-    careful.start_release(speed_mm_per_s=20.0)
+    careful.start(Release(speed_mm_per_s=20.0))
     careful.disable()
-    assert deaf.taken == ["start_release", "disable"]
+    assert deaf.taken == ["release", "disable"]

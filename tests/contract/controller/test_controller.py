@@ -19,6 +19,7 @@ from bufferstand.drivers.interfaces import (
     MotionState,
     NotInCharge,
 )
+from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.contract.controller import backends
 from tests.contract.controller.backends import Bench
 
@@ -115,7 +116,7 @@ def test_a_second_writer_is_refused_until_the_first_gives_the_right_back(bench: 
         held = second.other_writer()
         assert held
         for valve in ("on", "off"):
-            for order in (second.start_hold, lambda: switched_on(second)):
+            for order in (lambda: second.start(StandStill()), lambda: switched_on(second)):
                 with pytest.raises(DeviceFault, match="another program") as refused:
                     order()
                 assert str(held) in str(refused.value)
@@ -184,9 +185,9 @@ def test_its_heart_beats_while_it_is_off(bench: Bench) -> None:
 
 def test_no_command_is_taken_while_it_is_off(bench: Bench) -> None:
     with pytest.raises(CommandRejected):
-        bench.controller.start_ramp(target_mm=0.5, speed_mm_per_s=1.0)
+        bench.controller.start(RampTo(target_mm=0.5, speed_mm_per_s=1.0))
     with pytest.raises(CommandRejected):
-        bench.controller.start_harmonic(mean_mm=0.1, amplitude_mm=0.1, frequency_Hz=0.5, cycles=1)
+        bench.controller.start(Harmonic(mean_mm=0.1, amplitude_mm=0.1, frequency_Hz=0.5, cycles=1))
     assert bench.controller.status().state in (MotionState.OFF, MotionState.READY)
 
 
@@ -201,11 +202,11 @@ def test_on_it_holds_and_off_again(bench: Bench) -> None:
 
 def test_a_ramp_reaches_its_target_and_a_release_zero_force(bench: Bench) -> None:
     bench.enable()
-    number = bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED)
+    number = bench.controller.start(RampTo(target_mm=10.0, speed_mm_per_s=SPEED))
     status = bench.done(number)
     assert status.end_reason is EndReason.REACHED
     assert status.position_mm == pytest.approx(10.0, abs=0.1)
-    status = bench.done(bench.controller.start_release(speed_mm_per_s=SPEED))
+    status = bench.done(bench.controller.start(Release(speed_mm_per_s=SPEED)))
     assert status.end_reason is EndReason.REACHED
     assert abs(status.force_kN) < 2.0
     bench.finish()
@@ -214,10 +215,10 @@ def test_a_ramp_reaches_its_target_and_a_release_zero_force(bench: Bench) -> Non
 
 def test_a_harmonic_makes_its_cycles_about_its_mean(bench: Bench) -> None:
     bench.enable()
-    bench.done(bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED))
+    bench.done(bench.controller.start(RampTo(target_mm=10.0, speed_mm_per_s=SPEED)))
     bench.finish()
     bench.blocks.clear()
-    number = bench.controller.start_harmonic(mean_mm=10.0, amplitude_mm=4.0, frequency_Hz=1.0, cycles=3)
+    number = bench.controller.start(Harmonic(mean_mm=10.0, amplitude_mm=4.0, frequency_Hz=1.0, cycles=3))
     status = bench.done(number)
     assert (status.end_reason, status.cycles_done) == (EndReason.REACHED, 3)
     bench.finish()
@@ -231,13 +232,13 @@ def test_a_harmonic_away_from_its_mean_is_refused(bench: Bench) -> None:
     simulated_only(bench, "a controller that took it would jump to the mean")
     bench.enable()
     with pytest.raises(CommandRejected):
-        bench.controller.start_harmonic(mean_mm=15.0, amplitude_mm=2.0, frequency_Hz=0.5, cycles=1)
+        bench.controller.start(Harmonic(mean_mm=15.0, amplitude_mm=2.0, frequency_Hz=0.5, cycles=1))
 
 
 def test_a_running_sine_is_changed_where_the_controller_can(bench: Bench) -> None:
     bench.enable()
-    bench.done(bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED))
-    number = bench.controller.start_harmonic(mean_mm=10.0, amplitude_mm=4.0, frequency_Hz=1.0, cycles=5)
+    bench.done(bench.controller.start(RampTo(target_mm=10.0, speed_mm_per_s=SPEED)))
+    number = bench.controller.start(Harmonic(mean_mm=10.0, amplitude_mm=4.0, frequency_Hz=1.0, cycles=5))
     bench.until(lambda status: status.cycles_done >= 1)
     if not bench.controller.can_adjust:
         with pytest.raises(CommandRejected):
@@ -254,15 +255,15 @@ def test_a_running_sine_is_changed_where_the_controller_can(bench: Bench) -> Non
     position = bench.values("position")
     assert 0.5 * (np.max(position) + np.min(position)) == pytest.approx(10.2, abs=0.1)
     assert 0.5 * (np.max(position) - np.min(position)) == pytest.approx(4.4, abs=0.1)
-    bench.done(bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED))
+    bench.done(bench.controller.start(RampTo(target_mm=10.0, speed_mm_per_s=SPEED)))
     with pytest.raises(CommandRejected):
         bench.controller.adjust_harmonic(mean_mm=10.0, amplitude_mm=4.0)  # nothing runs
 
 
 def test_static_cycles_turn_at_the_force(bench: Bench) -> None:
     bench.enable()
-    number = bench.controller.start_static(
-        speed_mm_per_s=SPEED, force_limit_kN=35.0, stroke_limit_mm=16.0, cycles=2, pause_s=0.2
+    number = bench.controller.start(
+        StaticCycles(speed_mm_per_s=SPEED, force_limit_kN=35.0, stroke_limit_mm=16.0, cycles=2, pause_s=0.2)
     )
     status = bench.done(number)
     assert (status.end_reason, status.cycles_done) == (EndReason.FORCE_LIMIT, 2)
@@ -272,9 +273,9 @@ def test_static_cycles_turn_at_the_force(bench: Bench) -> None:
 
 def test_hold_ends_a_motion(bench: Bench) -> None:
     bench.enable()
-    moving = bench.controller.start_ramp(target_mm=14.0, speed_mm_per_s=1.0)
+    moving = bench.controller.start(RampTo(target_mm=14.0, speed_mm_per_s=1.0))
     bench.until(lambda status: status.state is MotionState.RAMPING)
-    number = bench.controller.start_hold()
+    number = bench.controller.start(StandStill())
     assert number != moving
     status = bench.done(number)
     assert status.state is MotionState.HOLDING
@@ -284,7 +285,7 @@ def test_hold_ends_a_motion(bench: Bench) -> None:
 def refused_and_unmoved(bench: Bench, **ramp: float) -> None:
     before = bench.controller.status()
     with pytest.raises(CommandRejected):
-        bench.controller.start_ramp(**ramp)
+        bench.controller.start(RampTo(**ramp))
     after = bench.controller.status()
     assert after.state is MotionState.HOLDING
     assert after.command_mm == pytest.approx(before.command_mm, abs=0.02)
@@ -318,12 +319,12 @@ def test_what_would_be_dangerous_is_refused(bench: Bench, command: dict[str, flo
 def test_unfed_it_falls_back_to_zero_force_and_off(bench: Bench) -> None:
     trips = bench.controller.status().watchdog_trips
     bench.enable(watchdog_ms=1000)
-    bench.done(bench.controller.start_ramp(target_mm=10.0, speed_mm_per_s=SPEED))
+    bench.done(bench.controller.start(RampTo(target_mm=10.0, speed_mm_per_s=SPEED)))
     status = bench.until(lambda seen: seen.state is MotionState.FAULT, feeding=False)
     assert (status.fault_code, status.watchdog_trips) == (1, trips + 1)
     assert abs(status.force_kN) < 2.0
     with pytest.raises(CommandRejected):
-        bench.controller.start_ramp(target_mm=0.5, speed_mm_per_s=1.0)
+        bench.controller.start(RampTo(target_mm=0.5, speed_mm_per_s=1.0))
     bench.enable()
     assert bench.controller.status().state is MotionState.HOLDING
     assert any("reset" in event for event in bench.controller.events())

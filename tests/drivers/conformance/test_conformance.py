@@ -19,6 +19,7 @@ from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.motions import Harmonic, RampTo
 from tests.drivers import noisy
 from tests.drivers.conformance import peers
 from tests.drivers.conftest import SAMPLE_STAND
@@ -88,7 +89,7 @@ class TestLibmodbusServer:
         controller.connect()
         controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=1000)
         assert controller.status().state is MotionState.HOLDING
-        number = controller.start_harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12)
+        number = controller.start(Harmonic(mean_mm=50.0, amplitude_mm=12.5, frequency_Hz=1.25, cycles=12))
         assert controller.status().done_sequence == number
         beats = [controller.status().heartbeat for _ in range(3)]
         assert beats == sorted(set(beats))
@@ -113,10 +114,10 @@ def test_the_go_server_is_polled(go_server: Path) -> None:
         try:
             assert controller.connect().serial == "163"
             controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=1000)
-            number = controller.start_ramp(target_mm=12.5, speed_mm_per_s=5.0)
+            number = controller.start(RampTo(target_mm=12.5, speed_mm_per_s=5.0))
             assert controller.status().done_sequence == number
             with pytest.raises(CommandRejected, match="was not sent"):
-                controller.start_ramp(target_mm=400.0, speed_mm_per_s=5.0)  # does not fit its 16 bits
+                controller.start(RampTo(target_mm=400.0, speed_mm_per_s=5.0))  # does not fit its 16 bits
             blocks: list[SampleBlock] = []
             while sum(len(block.time_us) for block in blocks) < 30:
                 if (block := controller.read_block()) is not None:

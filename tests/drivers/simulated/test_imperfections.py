@@ -15,6 +15,7 @@ from bufferstand.drivers.simulated.imperfections.drift import Drift
 from bufferstand.drivers.simulated.imperfections.latency import LEAST_WAIT_S, Latency, Way
 from bufferstand.drivers.simulated.imperfections.missed import NEVER, MissedCycles
 from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.foundation.motions import RampTo
 from tests.drivers.simulated.standing import STAND, FrictionSpring, LinearSpring, device, stand_file
 
 HOUR_S = 3600.0
@@ -163,7 +164,7 @@ def test_the_same_seed_gives_the_same_stand_waits_and_all(tmp_path: Path) -> Non
         heard: list[tuple[float, int, bytes]] = []
         controller.connect()
         controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=2000)
-        controller.start_ramp(target_mm=30.0, speed_mm_per_s=20.0)
+        controller.start(RampTo(target_mm=30.0, speed_mm_per_s=20.0))
         for _ in range(100):
             made.clock.sleep(0.01)
             controller.feed_watchdog()

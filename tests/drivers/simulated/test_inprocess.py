@@ -20,6 +20,7 @@ from bufferstand.drivers.interfaces import (
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.foundation.motions import Harmonic, RampTo, Release
 from tests.drivers.simulated.standing import STAND, FrictionSpring, stand_file
 
 
@@ -72,9 +73,9 @@ def test_a_harmonic_campaign_in_virtual_time(tmp_path: Path) -> None:
     made = opened(tmp_path)
     controller = made.stand.controller
     enable(made)
-    blocks = drive(made, controller.start_ramp(target_mm=40.0, speed_mm_per_s=50.0))
+    blocks = drive(made, controller.start(RampTo(target_mm=40.0, speed_mm_per_s=50.0)))
     blocks += drive(
-        made, controller.start_harmonic(mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=1.27, cycles=5)
+        made, controller.start(Harmonic(mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=1.27, cycles=5))
     )
     status = controller.status()
     assert (status.cycles_done, status.end_reason, status.state) == (
@@ -82,7 +83,7 @@ def test_a_harmonic_campaign_in_virtual_time(tmp_path: Path) -> None:
         EndReason.REACHED,
         MotionState.HOLDING,
     )
-    blocks += drive(made, controller.start_release(speed_mm_per_s=50.0))
+    blocks += drive(made, controller.start(Release(speed_mm_per_s=50.0)))
     controller.disable()
     assert controller.status().state is MotionState.OFF
     sequence = np.concatenate([b.first_sequence + np.arange(b.time_us.size) for b in blocks])
@@ -100,9 +101,9 @@ def test_loop_area_of_the_samples_is_the_work_of_the_truth(tmp_path: Path) -> No
     made = opened(tmp_path)
     controller = made.stand.controller
     enable(made)
-    drive(made, controller.start_ramp(target_mm=40.0, speed_mm_per_s=50.0))
+    drive(made, controller.start(RampTo(target_mm=40.0, speed_mm_per_s=50.0)))
     blocks = drive(
-        made, controller.start_harmonic(mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=2.0, cycles=6)
+        made, controller.start(Harmonic(mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=2.0, cycles=6))
     )
     channels = {c.name: c for c in controller.facts.channels}
     counts = {name: np.concatenate([b.counts[name] for b in blocks]) for name in channels}
@@ -124,7 +125,7 @@ def test_same_seed_same_bytes_other_seed_other_noise(tmp_path: Path) -> None:
     def record(text: str) -> np.ndarray:
         made = opened(tmp_path, text=text)
         enable(made)
-        blocks = drive(made, made.stand.controller.start_ramp(target_mm=20.0, speed_mm_per_s=50.0))
+        blocks = drive(made, made.stand.controller.start(RampTo(target_mm=20.0, speed_mm_per_s=50.0)))
         return np.concatenate([b.counts["force"] for b in blocks])
 
     one = record(STAND)
@@ -171,7 +172,7 @@ def test_a_lost_link_fails_after_its_timeout_and_the_stand_saves_itself(tmp_path
     made = opened(tmp_path)
     controller = made.stand.controller
     enable(made)
-    drive(made, controller.start_ramp(target_mm=60.0, speed_mm_per_s=50.0))
+    drive(made, controller.start(RampTo(target_mm=60.0, speed_mm_per_s=50.0)))
     made.device.faults.add(
         ScheduledFault("controller", "lost", made.clock.now_s(), made.clock.now_s() + 10.0)
     )
@@ -191,10 +192,10 @@ def test_a_lost_link_fails_after_its_timeout_and_the_stand_saves_itself(tmp_path
 def test_rejections_name_command_and_reason(tmp_path: Path) -> None:
     controller = opened(tmp_path).stand.controller
     with pytest.raises(CommandRejected, match="ramp to 20 mm at 50 mm/s: not possible in the present state"):
-        controller.start_ramp(target_mm=20.0, speed_mm_per_s=50.0)
+        controller.start(RampTo(target_mm=20.0, speed_mm_per_s=50.0))
     controller.enable(force_limit_kN=600.0, stroke_limit_mm=105.0, watchdog_ms=2000)
     with pytest.raises(CommandRejected, match="a parameter is out of range"):
-        controller.start_ramp(target_mm=106.0, speed_mm_per_s=50.0)
+        controller.start(RampTo(target_mm=106.0, speed_mm_per_s=50.0))
     with pytest.raises(CommandRejected, match="refused limits of 700 kN"):
         controller.enable(force_limit_kN=700.0, stroke_limit_mm=105.0, watchdog_ms=2000)
 

@@ -22,6 +22,7 @@ from bufferstand.drivers.simulated.truth import read_truth
 from bufferstand.drivers.stand_file import with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.motions import Harmonic, RampTo, Release
 from tests.drivers.simulated.standing import STAND, stand_file
 
 MODEL = Path(__file__).parents[3] / "sample_runs/models/category-a-elastomer.toml"
@@ -76,9 +77,9 @@ def test_a_run_over_real_wires_matches_the_truth(tmp_path: Path) -> None:
 
         controller.enable(force_limit_kN=600.0, stroke_limit_mm=105.0, watchdog_ms=60_000)
         for start in (
-            lambda: controller.start_ramp(target_mm=40.0, speed_mm_per_s=100.0),
-            lambda: controller.start_harmonic(mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=2.0, cycles=4),
-            lambda: controller.start_release(speed_mm_per_s=100.0),
+            lambda: controller.start(RampTo(target_mm=40.0, speed_mm_per_s=100.0)),
+            lambda: controller.start(Harmonic(mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=2.0, cycles=4)),
+            lambda: controller.start(Release(speed_mm_per_s=100.0)),
         ):
             sequence = start()
             until(lambda wanted=sequence: turn() == wanted)  # type: ignore[misc]

@@ -28,8 +28,9 @@ from bufferstand.drivers.stand_file import StandFile
 from bufferstand.evaluation.document import evaluate_file
 from bufferstand.evaluation.results import Options, RunEvaluation
 from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.motions import StandStill
 from bufferstand.protocols.plan import Plan
-from bufferstand.protocols.steps.motions import Harmonic, Hold, RampTo, Release, StaticCycles
+from bufferstand.protocols.steps.motions import Hold
 from bufferstand.recording.content import Anchor, Event, StreamContent
 from bufferstand.recording.runfile import write_run
 from tests.daq.run_in_process import facts_of, sample_plan
@@ -265,27 +266,4 @@ def _performed(opened: InProcessStand, motions: Any) -> tuple[dict[str, _Taken],
 
 
 def _started(opened: InProcessStand, motion: Any) -> int:
-    controller = opened.stand.controller
-    match motion:
-        case RampTo():
-            return controller.start_ramp(target_mm=motion.target_mm, speed_mm_per_s=motion.speed_mm_per_s)
-        case Harmonic():
-            return controller.start_harmonic(
-                mean_mm=motion.mean_mm,
-                amplitude_mm=motion.amplitude_mm,
-                frequency_Hz=motion.frequency_Hz,
-                cycles=motion.cycles,
-            )
-        case StaticCycles():
-            return controller.start_static(
-                speed_mm_per_s=motion.speed_mm_per_s,
-                force_limit_kN=motion.force_limit_kN,
-                stroke_limit_mm=motion.stroke_limit_mm,
-                cycles=motion.cycles,
-                pause_s=motion.pause_s,
-            )
-        case Hold():
-            return controller.start_hold()
-        case Release():
-            return controller.start_release(speed_mm_per_s=motion.speed_mm_per_s)
-    raise AssertionError(motion)
+    return opened.stand.controller.start(StandStill() if isinstance(motion, Hold) else motion)
