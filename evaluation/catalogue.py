@@ -57,6 +57,13 @@ class Settled(NamedTuple):
     heading: str
 
 
+class InCycles(NamedTuple):
+    """A column of the report's tables of cycles: which of the two, and its place there."""
+
+    table: Literal["motion", "energy"]
+    place: int
+
+
 class OnScreen(NamedTuple):
     """A column in the terminal or on the monitor: heading and decimals."""
 
@@ -74,8 +81,6 @@ class Shown:
         One of the main results: with U cycle by cycle, a budget, and the figure of differences.
     heading : str
         Of its column in the report.
-    cycles : str or None
-        Which of the report's two tables of cycles it is in.
     beside_loops : bool
         Whether it stands beside the report's figures of loops.
     runs : str or None
@@ -84,7 +89,7 @@ class Shown:
         Its name in the comparison of specimens; None: not compared.
     before_after : bool
         Whether a step that is repeated later is held against the first by it.
-    settled, trend, terminal, archive, monitor
+    cycles, settled, trend, terminal, archive, monitor
         Whether and how it is there; None: it is not.
     sent : bool
         Whether the monitor's page is sent its mean.
@@ -92,7 +97,7 @@ class Shown:
 
     main: bool
     heading: str
-    cycles: Literal["motion", "energy"] | None
+    cycles: InCycles | None
     beside_loops: bool
     runs: Literal["mean", "extreme"] | None
     compared: str | None
@@ -170,6 +175,18 @@ class Quantity:
     def printed_unit(self) -> str:
         """The unit as a heading has it: a dash where there is none."""
         return "–" if self.unit == "1" else self.unit
+
+    @property
+    def trended(self) -> Trended:
+        """Its trend; only of an entry that has one."""
+        assert self.shown.trend is not None
+        return self.shown.trend
+
+    @property
+    def settled(self) -> Settled:
+        """Its row of ``settling``; only of an entry that has one."""
+        assert self.shown.settled is not None
+        return self.shown.settled
 
     def reason(self, figures: Any, row: int) -> str:
         """Return why the value of a cycle is missing; ``figures`` and ``row`` as for ``why_missing``."""

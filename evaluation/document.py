@@ -198,6 +198,7 @@ def run_entry(run: RunEvaluation) -> dict[str, Any]:
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
         "inspection": None if run.inspection is None else dict(run.inspection),
         "half_width_95": None if run.steps else _half_widths(run.summary),
+        "missing": None if run.steps else _missing(run.summary),
         "budget": budget_entry(run.budget),
         "shared_errors": None if run.shared_errors is None else run.shared_errors.entry(),
         **evidence_entry(run),
@@ -213,7 +214,6 @@ def _summary(summary: Summary) -> dict[str, Any]:
                 "expanded_uncertainty": measured.expanded_uncertainty,
                 "coverage_factor": measured.coverage_factor,
             }
-            | ({"missing": measured.missing} if measured.missing else {})
             for name, measured in summary.values.items()
         },
     }
@@ -221,6 +221,10 @@ def _summary(summary: Summary) -> dict[str, Any]:
 
 def _half_widths(summary: Summary) -> dict[str, float | None]:
     return {name: measured.half_width_95 for name, measured in summary.values.items()}
+
+
+def _missing(summary: Summary) -> dict[str, str]:
+    return {name: measured.missing for name, measured in summary.values.items() if measured.missing}
 
 
 def _step(step: StepResult) -> dict[str, Any]:
@@ -232,6 +236,7 @@ def _step(step: StepResult) -> dict[str, Any]:
         "summary": _summary(step.summary),
         "extremes": _extremes(step.extremes),
         "half_width_95": _half_widths(step.summary),
+        "missing": _missing(step.summary),
         "budget": budget_entry(step.budget),
         "skew_sensitivity": plain(step.skew_sensitivity),
         "shared_errors": None if step.shared_errors is None else step.shared_errors.entry(),

@@ -8,6 +8,7 @@ from typing import Any
 
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of
 from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.thermal_comparison import (
@@ -19,14 +20,7 @@ from bufferstand.evaluation.thermal_comparison import (
 
 PRELOAD = "preload_kN"
 """The preload is no figure of a cycle: it is what was judged (requirement ``preload``)."""
-COMPARED = (
-    PRELOAD,
-    "damping",
-    "tangent_stiffness_kN_per_mm",
-    "stored_energy_J",
-    "absorbed_energy_J",
-    "force_max_kN",
-)
+COMPARED = (PRELOAD, *(entry.name for entry in QUANTITIES if entry.shown.before_after))
 _WARMER_K = 2.0
 
 

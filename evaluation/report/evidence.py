@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
 from bufferstand.evaluation.report.source import ReportRun, Source
@@ -22,9 +23,10 @@ _NO_LIMIT = "the channels state no accuracy"
 _WIRE_OUT = "a draw wire is out: the other one alone is the stroke"
 FIGURES = (
     ("end_force_kN", "End force", "kN"),
-    ("stored_energy_J", "Stored energy", "J"),
-    ("absorbed_energy_J", "Absorbed energy", "J"),
-    ("damping", "Damping", "–"),
+    *(
+        (entry.name, entry.label, entry.printed_unit)
+        for entry in map(QUANTITIES.named, ("stored_energy_J", "absorbed_energy_J", "damping"))
+    ),
 )
 """What is compared at equal stroke, as the evaluation document names it."""
 
