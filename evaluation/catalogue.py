@@ -91,8 +91,6 @@ class Shown:
         Whether a step that is repeated later is held against the first by it.
     cycles, settled, trend, terminal, archive, monitor
         Whether and how it is there; None: it is not.
-    sent : bool
-        Whether the monitor's page is sent its mean.
     """
 
     main: bool
@@ -107,7 +105,6 @@ class Shown:
     terminal: OnScreen | None
     archive: OnScreen | None
     monitor: OnScreen | None
-    sent: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,10 +219,8 @@ def _faults(entry: Quantity) -> Iterator[str]:
         yield "shown.heading is missing"
     if shown.main and not entry.symbol:
         yield "a main result needs a symbol, which its budget is headed by"
-    if (shown.trend is not None or shown.sent) and "harmonic" not in entry.kinds:
-        yield "a trend over frequency, or a column of the monitor, is of harmonic runs"
-    if shown.monitor is not None and not shown.sent:
-        yield "the monitor shows only what it is sent"
+    if shown.trend is not None and "harmonic" not in entry.kinds:
+        yield "a trend over frequency is of harmonic runs"
 
 
 class Catalogue(tuple[Quantity, ...]):

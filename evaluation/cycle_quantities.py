@@ -39,7 +39,6 @@ NOWHERE = Shown(
     terminal=None,
     archive=None,
     monitor=None,
-    sent=False,
 )
 """In the document and the tables of data alone; entries say where else with ``replace``."""
 _FEW = "too few samples to propagate it"
@@ -142,13 +141,13 @@ ENTRIES = (
     ),
     of_turns(
         "amplitude_mm", "x_a", "Amplitude", "half the range of the stroke",
-        _motion(1, "Amplitude", beside_loops=True, runs="mean", sent=True),
+        _motion(1, "Amplitude", beside_loops=True, runs="mean"),
         lambda turns: 0.5 * turns.span_mm,
         rounding=Rounding(2), source=ISO,
     ),
     of_loop(
         "frequency_Hz", "f", "Frequency", "Hz", "one over the cycle's duration; ω = 2 π f",
-        _motion(2, "Frequency", beside_loops=True, runs="mean", sent=True,
+        _motion(2, "Frequency", beside_loops=True, runs="mean",
             terminal=OnScreen("frequency\nHz", 3),
         ),
         rounding=Rounding(3, significant=3), kinds=HARMONIC, reads=STROKE,
@@ -193,7 +192,7 @@ ENTRIES = (
     of_loop(
         "stored_energy_J", "W_s", "Stored energy", "J", "area under the loading branch",
         _energy(0, "Stored Wₛ", main=True, runs="mean", compared="Stored energy Wₛ",
-            before_after=True, settled=Settled(1, ""), sent=True, terminal=OnScreen("stored\nJ", 0),
+            before_after=True, settled=Settled(1, ""), terminal=OnScreen("stored\nJ", 0),
         ),
         rounding=Rounding(0, finer_below=1000.0), source="paper (1), EN 15551",
         compute=lambda loops: loops.stored_J,
@@ -203,7 +202,7 @@ ENTRIES = (
     of_loop(
         "absorbed_energy_J", "W_a", "Absorbed energy", "J", "signed area of the loop",
         _energy(1, "Absorbed Wₐ", main=True, compared="Absorbed energy Wₐ", before_after=True,
-            settled=Settled(0, "Wₐ"), sent=True, terminal=OnScreen("absorbed\nJ", 0),
+            settled=Settled(0, "Wₐ"), terminal=OnScreen("absorbed\nJ", 0),
             monitor=OnScreen("absorbed", 0),
         ),
         rounding=Rounding(0, finer_below=1000.0), source="paper (1), (2)",
@@ -213,7 +212,7 @@ ENTRIES = (
     of_loop(
         "damping", "D", "Damping", "1", "W_a / W_s; not a material constant, not the loss factor",
         _energy(2, "Damping Wₐ/Wₛ", main=True, beside_loops=True, runs="mean",
-            compared="Damping Wₐ/Wₛ", before_after=True, settled=Settled(2, "Wₐ/Wₛ"), sent=True,
+            compared="Damping Wₐ/Wₛ", before_after=True, settled=Settled(2, "Wₐ/Wₛ"),
             trend=Trended(
                 "damping", "Damping (absorbed over stored energy)", "Damping W$_a$/W$_s$ [–]",
                 amplitudes=False, two_sided=False,
@@ -232,7 +231,6 @@ ENTRIES = (
         "slope of the loading branch at mean stroke; the paper's dynamic stiffness",
         _energy(3, "Tangent stiffness", main=True, beside_loops=True, runs="mean",
             compared="Tangent stiffness", before_after=True, settled=Settled(3, "Tangent stiffness"),
-            sent=True,
             trend=Trended(
                 "tangent_stiffness", "Tangent stiffness of the loading branch at mean stroke",
                 "Tangent stiffness [kN/mm]", amplitudes=True, two_sided=True,
@@ -299,7 +297,7 @@ ENTRIES = (
     _temperature(
         0, "temperature_start_C", "start", "Temperature at the start",
         "temperature of the specimen when the cycle starts",
-        _motion(8, "Temp. start", sent=True),
+        _motion(8, "Temp. start"),
     ),
     _temperature(
         1, "temperature_max_C", "max", "Highest temperature",

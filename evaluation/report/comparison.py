@@ -23,6 +23,7 @@ from bufferstand.evaluation.report.verdicts import name_of, run_verdict_cell
 
 _COMPARED = QUANTITIES.that(lambda entry: entry.shown.compared)
 _TO_COMMON_STROKE = ("stored_energy_J", "absorbed_energy_J", "damping")
+"""As :func:`_energies` returns them."""
 _SAME_END_MM = 0.5
 """Loops whose ends are further apart are compared to the stroke that both reach, too."""
 _APART_K = 2.0

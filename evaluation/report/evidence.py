@@ -9,6 +9,7 @@ from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
 from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.thermal_comparison import FIGURES as COMPARED
 
 _EXPLANATION = (
     "A force that is recorded late or early against the stroke changes the area of the loop: the first "
@@ -23,10 +24,7 @@ _NO_LIMIT = "the channels state no accuracy"
 _WIRE_OUT = "a draw wire is out: the other one alone is the stroke"
 FIGURES = (
     ("end_force_kN", "End force", "kN"),
-    *(
-        (entry.name, entry.label, entry.printed_unit)
-        for entry in map(QUANTITIES.named, ("stored_energy_J", "absorbed_energy_J", "damping"))
-    ),
+    *((entry.name, entry.label, entry.printed_unit) for entry in map(QUANTITIES.named, COMPARED[1:])),
 )
 """What is compared at equal stroke, as the evaluation document names it."""
 
