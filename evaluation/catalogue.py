@@ -116,7 +116,7 @@ class Quantity:
     name : str
         In files and interfaces, with its unit.
     path : tuple of str
-        Where it stands in a cycle of the evaluation document.
+        Where it stands in a cycle of the evaluation document: a key, or a group and a key.
     symbol, label, unit : str
         Formula symbol (may be empty), words, and unit (``1``: none).
     rounding : Rounding
@@ -191,10 +191,8 @@ class Quantity:
 
     def value_in(self, cycle: Mapping[str, Any]) -> Any:
         """Return the value in a cycle of the evaluation document; None where it is missing."""
-        value: Any = cycle
-        for key in self.path:
-            value = (value or {}).get(key)
-        return value
+        *group, key = self.path
+        return (cycle.get(group[0]) or {} if group else cycle).get(key)
 
 
 _MAY_BE_EMPTY = ("symbol", "source")
@@ -207,6 +205,8 @@ def _faults(entry: Quantity) -> Iterator[str]:
         if value is None or (value in ("", (), frozenset()) and field.name not in _MAY_BE_EMPTY):
             yield f"{field.name} is missing"
     shown = entry.shown
+    if len(entry.path) > 2:
+        yield "path is a key, or a group and a key"
     if entry.unit not in UNITS:
         yield f"unit “{entry.unit}” is none of {', '.join(UNITS)}"
     if entry.needs not in get_args(Needs):

@@ -36,6 +36,7 @@ from bufferstand.evaluation.trends import find_trends
 from bufferstand.recording.catalogue import run_files
 
 SCHEMA = "bufferstand/evaluation/1"
+_PATHS = [quantity.path for quantity in QUANTITIES]
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
 LIGHT = RunEvaluation(RunFacts("", "harmonic"), _NO_SAMPLES, (), Summary((), {}), (), None, ())
 """A result that has only what trends and comparisons are made from; fill in facts, summary, mean loop."""
@@ -252,12 +253,8 @@ def _cycle(result: CycleResult) -> dict[str, Any]:
         "complete": cycle.complete,
         "steady": cycle.steady,
     }
-    for quantity, value in zip(QUANTITIES, result.quantities, strict=True):
-        *groups, key = quantity.path
-        group = entry
-        for name in groups:
-            group = group.setdefault(name, {})
-        group[key] = value
+    for (*groups, key), value in zip(_PATHS, result.quantities, strict=True):
+        (entry.setdefault(groups[0], {}) if groups else entry)[key] = value
     return entry | {
         "expanded_uncertainty": dict(result.expanded_uncertainty),
         "why": list(cycle.why),

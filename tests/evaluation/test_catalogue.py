@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -75,6 +76,7 @@ def test_an_entry_that_does_not_say_where_it_is_shown_is_refused(field: str) -> 
     [
         ({"label": ""}, "label is missing"),
         ({"path": ()}, "path is missing"),
+        ({"path": ("a", "b", "c")}, "path is a key, or a group and a key"),
         ({"kinds": frozenset()}, "kinds is missing"),
         ({"unit": "kJ"}, "unit “kJ” is none of"),
         ({"needs": "luck"}, "needs “luck” is none of"),
@@ -277,6 +279,14 @@ def test_a_further_quantity_is_one_file(further: Path) -> None:
     assert compared
     assert all(HEADING in texts for texts in compared)
     assert "hysteresis" in {column["heading"] for column in found["monitor"]}
+
+
+def test_the_entry_of_the_how_to_is_taken() -> None:
+    page = (ROOT / "docs" / "how-to" / "add-a-quantity.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    found: dict[str, Any] = {}
+    exec(code, found)
+    assert Catalogue([*QUANTITIES, *found["ENTRIES"]]).names[-1] == NAME
 
 
 def test_a_further_quantity_changes_no_figure_of_the_others(further: Path) -> None:
