@@ -12,7 +12,9 @@ from bufferstand.cli.evaluation_view import show_conformity, show_together
 from bufferstand.cli.options import figure, show_table
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, Progress
 from bufferstand.evaluation.archive.kept import KeptRun
+from bufferstand.evaluation.every_quantity import QUANTITIES
 
+_SPANS = [(entry.name, entry.shown.archive) for entry in QUANTITIES if entry.shown.archive is not None]
 LEAST_RUNS = 3
 """Fewer are done before a bar is read."""
 
@@ -55,7 +57,7 @@ def show_archive(evaluation: ArchiveEvaluation) -> None:
         groups.setdefault((specimen, run.facts["kind"]), []).append(run)
     show_table(
         [("specimen", "left"), ("kind", "left"), ("runs", "right"), ("cycles", "right"),
-         ("damping, from", "right"), ("to", "right"), ("tangent kN/mm, from", "right"), ("to", "right"),
+         *((words, "right") for _, column in _SPANS for words in (f"{column.heading}, from", "to")),
          ("verdicts", "left")],
         [
             (
@@ -63,8 +65,7 @@ def show_archive(evaluation: ArchiveEvaluation) -> None:
                 kind,
                 str(len(runs)),
                 str(sum(run.facts["cycles"] for run in runs)),
-                *_span(runs, "damping", 3),
-                *_span(runs, "tangent_stiffness_kN_per_mm", 2),
+                *(text for name, column in _SPANS for text in _span(runs, name, column.decimals)),
                 _verdicts(runs),
             )
             for (specimen, kind), runs in groups.items()

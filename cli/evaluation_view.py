@@ -9,16 +9,15 @@ from typing import Any
 import click
 
 from bufferstand.cli.options import figure, show_table
+from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.thermal_comparison import FIGURES
 
+_MEANS = [(entry.name, entry.shown.terminal) for entry in QUANTITIES if entry.shown.terminal is not None]
 COLUMNS = [
     ("run", "whole"),
     ("cycles\nused", "right"),
     ("prestress ±\namplitude mm", "right"),
-    ("frequency\nHz", "right"),
-    ("stored\nJ", "right"),
-    ("absorbed\nJ", "right"),
-    ("damping ± U\n", "right"),
-    ("tangent\nkN/mm", "right"),
+    *((column.heading, "right") for _, column in _MEANS),
     ("max\n°C", "right"),
     ("verdict\n", "whole"),
 ]
@@ -67,19 +66,17 @@ def _row(
     summary = part["summary"]
     warmest = (part.get("extremes") or {}).get("temperature_max_C") or {}
 
-    def mean(name: str, digits: int) -> str:
-        return figure((summary.get(name) or {}).get("value"), digits)
+    def mean(name: str, digits: int, *, with_u: bool = False) -> str:
+        known = summary.get(name) or {}
+        expanded = known.get("expanded_uncertainty") if with_u else None
+        text = figure(known.get("value"), digits)
+        return text if expanded is None else f"{text} ± {expanded:.{digits}f}"
 
-    expanded = (summary.get("damping") or {}).get("expanded_uncertainty")
     return (
         name,
         f"{len(summary['cycles_used'])} of {len(cycles)}",
         f"{mean('prestress_mm', 2)} ± {mean('amplitude_mm', 2)}" if summary["cycles_used"] else "—",
-        mean("frequency_Hz", 3),
-        mean("stored_energy_J", 0),
-        mean("absorbed_energy_J", 0),
-        mean("damping", 3) + (f" ± {expanded:.3f}" if expanded is not None else ""),
-        mean("tangent_stiffness_kN_per_mm", 2),
+        *(mean(name, column.decimals, with_u="± U" in column.heading) for name, column in _MEANS),
         figure(warmest.get("value"), 1),
         verdict,
     )
@@ -124,7 +121,8 @@ def _show_trend(trend: Mapping[str, Any]) -> None:
         return
     amplitude = trend["amplitude_mm"]
     loop = f"{trend['prestress_mm']:z.0f} mm" + ("" if amplitude is None else f" ± {amplitude:.0f} mm")
-    unit = "" if trend["quantity"] == "damping" else " kN/mm"
+    entry = next(one for one in QUANTITIES if one.shown.trend and one.trended.name == trend["quantity"])
+    unit = "" if entry.unit == "1" else f" {entry.unit}"
     half_width = trend["slope_half_width_95_per_Hz"]
     spread = "" if half_width is None else f" ± {half_width:.2g}"
     click.echo(
@@ -138,9 +136,7 @@ def _show_trend(trend: Mapping[str, Any]) -> None:
 
 _CHANGES = (
     ("end force", "end_force_kN"),
-    ("stored energy", "stored_energy_J"),
-    ("absorbed energy", "absorbed_energy_J"),
-    ("damping", "damping"),
+    *((QUANTITIES.named(name).label.lower(), name) for name in FIGURES[1:]),
 )
 
 

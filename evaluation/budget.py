@@ -23,6 +23,7 @@ from bufferstand.evaluation.error_model import (
     stroke_term_slopes,
     stroke_terms,
 )
+from bufferstand.evaluation.every_quantity import MAIN
 from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.loop_readings import TANGENT_WINDOW
 from bufferstand.evaluation.own_errors import OwnErrors
@@ -33,14 +34,7 @@ from bufferstand.evaluation.summary import LEAST_SCATTER
 from bufferstand.evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading
 from bufferstand.foundation.channel import ChannelUncertainty
 
-QUANTITIES = ("stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm")
-"""The results that a budget is drawn up for, by their names in the document."""
-_UNITS = {
-    "stored_energy_J": "J",
-    "absorbed_energy_J": "J",
-    "damping": "1",
-    "tangent_stiffness_kN_per_mm": "kN/mm",
-}
+_UNITS = {entry.name: entry.unit for entry in MAIN}
 _MOST_CYCLES = 50
 """Loops are averaged over at most so many of the cycles used, evenly chosen."""
 _SQRT3 = math.sqrt(3.0)
@@ -161,7 +155,7 @@ def run_budget(
     budgets = []
     energies = _energies(inputs, loops, len(used))
     tangent = _tangent(inputs, loops, len(used))
-    for name in QUANTITIES:
+    for name in MAIN.names:
         figure = energies.get(name) or (tangent if name.startswith("tangent") else None)
         value = summary.values[name].value
         if figure is None or value is None:

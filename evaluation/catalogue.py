@@ -57,6 +57,13 @@ class Settled(NamedTuple):
     heading: str
 
 
+class InCycles(NamedTuple):
+    """A column of the report's tables of cycles: which of the two, and its place there."""
+
+    table: Literal["motion", "energy"]
+    place: int
+
+
 class OnScreen(NamedTuple):
     """A column in the terminal or on the monitor: heading and decimals."""
 
@@ -74,8 +81,6 @@ class Shown:
         One of the main results: with U cycle by cycle, a budget, and the figure of differences.
     heading : str
         Of its column in the report.
-    cycles : str or None
-        Which of the report's two tables of cycles it is in.
     beside_loops : bool
         Whether it stands beside the report's figures of loops.
     runs : str or None
@@ -84,15 +89,13 @@ class Shown:
         Its name in the comparison of specimens; None: not compared.
     before_after : bool
         Whether a step that is repeated later is held against the first by it.
-    settled, trend, terminal, archive, monitor
+    cycles, settled, trend, terminal, archive, monitor
         Whether and how it is there; None: it is not.
-    sent : bool
-        Whether the monitor's page is sent its mean.
     """
 
     main: bool
     heading: str
-    cycles: Literal["motion", "energy"] | None
+    cycles: InCycles | None
     beside_loops: bool
     runs: Literal["mean", "extreme"] | None
     compared: str | None
@@ -102,7 +105,6 @@ class Shown:
     terminal: OnScreen | None
     archive: OnScreen | None
     monitor: OnScreen | None
-    sent: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +116,7 @@ class Quantity:
     name : str
         In files and interfaces, with its unit.
     path : tuple of str
-        Where it stands in a cycle of the evaluation document.
+        Where it stands in a cycle of the evaluation document: a key, or a group and a key.
     symbol, label, unit : str
         Formula symbol (may be empty), words, and unit (``1``: none).
     rounding : Rounding
@@ -171,16 +173,26 @@ class Quantity:
         """The unit as a heading has it: a dash where there is none."""
         return "–" if self.unit == "1" else self.unit
 
+    @property
+    def trended(self) -> Trended:
+        """Its trend; only of an entry that has one."""
+        assert self.shown.trend is not None
+        return self.shown.trend
+
+    @property
+    def settled(self) -> Settled:
+        """Its row of ``settling``; only of an entry that has one."""
+        assert self.shown.settled is not None
+        return self.shown.settled
+
     def reason(self, figures: Any, row: int) -> str:
         """Return why the value of a cycle is missing; ``figures`` and ``row`` as for ``why_missing``."""
         return self.why_missing if isinstance(self.why_missing, str) else self.why_missing(figures, row)
 
     def value_in(self, cycle: Mapping[str, Any]) -> Any:
         """Return the value in a cycle of the evaluation document; None where it is missing."""
-        value: Any = cycle
-        for key in self.path:
-            value = (value or {}).get(key)
-        return value
+        *group, key = self.path
+        return (cycle.get(group[0]) or {} if group else cycle).get(key)
 
 
 _MAY_BE_EMPTY = ("symbol", "source")
@@ -193,6 +205,8 @@ def _faults(entry: Quantity) -> Iterator[str]:
         if value is None or (value in ("", (), frozenset()) and field.name not in _MAY_BE_EMPTY):
             yield f"{field.name} is missing"
     shown = entry.shown
+    if len(entry.path) > 2:
+        yield "path is a key, or a group and a key"
     if entry.unit not in UNITS:
         yield f"unit “{entry.unit}” is none of {', '.join(UNITS)}"
     if entry.needs not in get_args(Needs):
@@ -205,10 +219,8 @@ def _faults(entry: Quantity) -> Iterator[str]:
         yield "shown.heading is missing"
     if shown.main and not entry.symbol:
         yield "a main result needs a symbol, which its budget is headed by"
-    if (shown.trend is not None or shown.sent) and "harmonic" not in entry.kinds:
-        yield "a trend over frequency, or a column of the monitor, is of harmonic runs"
-    if shown.monitor is not None and not shown.sent:
-        yield "the monitor shows only what it is sent"
+    if shown.trend is not None and "harmonic" not in entry.kinds:
+        yield "a trend over frequency is of harmonic runs"
 
 
 class Catalogue(tuple[Quantity, ...]):

@@ -15,6 +15,7 @@ import numpy as np
 from bufferstand.evaluation.catalogue import (
     KINDS,
     NOT_FINITE,
+    InCycles,
     OnScreen,
     Quantity,
     Rounding,
@@ -38,7 +39,6 @@ NOWHERE = Shown(
     terminal=None,
     archive=None,
     monitor=None,
-    sent=False,
 )
 """In the document and the tables of data alone; entries say where else with ``replace``."""
 _FEW = "too few samples to propagate it"
@@ -109,8 +109,16 @@ def _temperature(place: int, name: str, key: str, label: str, meaning: str, show
     )
 
 
-_MOTION = replace(NOWHERE, cycles="motion")
-_ENERGY = replace(NOWHERE, cycles="energy")
+def _motion(place: int, heading: str, **more: Any) -> Shown:
+    """Return where a figure of the motion is shown: in the first of the report's tables of cycles."""
+    return replace(NOWHERE, heading=heading, cycles=InCycles("motion", place), **more)
+
+
+def _energy(place: int, heading: str, **more: Any) -> Shown:
+    """Return the same of an energy or a stiffness: in the second table."""
+    return replace(NOWHERE, heading=heading, cycles=InCycles("energy", place), **more)
+
+
 _STIFFNESS = Rounding(3)
 ISO = "ISO 4664-1"
 
@@ -122,25 +130,24 @@ ENTRIES = (
     ),
     of_turns(
         "stroke_max_mm", "x_max", "Stroke max.", "upper turning point of a cycle",
-        replace(_MOTION, heading="Stroke max."),
+        _motion(3, "Stroke max."),
         lambda turns: turns.high_mm,
     ),
     of_turns(
         "prestress_mm", "x_m", "Prestress", "mean of the turning points",
-        replace(_MOTION, heading="Prestress", beside_loops=True, runs="mean"),
+        _motion(0, "Prestress", beside_loops=True, runs="mean"),
         lambda turns: turns.mean_mm,
         source="paper Fig. 4",
     ),
     of_turns(
         "amplitude_mm", "x_a", "Amplitude", "half the range of the stroke",
-        replace(_MOTION, heading="Amplitude", beside_loops=True, runs="mean", sent=True),
+        _motion(1, "Amplitude", beside_loops=True, runs="mean"),
         lambda turns: 0.5 * turns.span_mm,
         rounding=Rounding(2), source=ISO,
     ),
     of_loop(
         "frequency_Hz", "f", "Frequency", "Hz", "one over the cycle's duration; ω = 2 π f",
-        replace(
-            _MOTION, heading="Frequency", beside_loops=True, runs="mean", sent=True,
+        _motion(2, "Frequency", beside_loops=True, runs="mean",
             terminal=OnScreen("frequency\nHz", 3),
         ),
         rounding=Rounding(3, significant=3), kinds=HARMONIC, reads=STROKE,
@@ -151,7 +158,7 @@ ENTRIES = (
     of_loop(
         "force_min_kN", "F_min", "Force min.", "kN",
         "least force of the loop; in `summary` the mean, in `extremes` that of all samples",
-        replace(_MOTION, heading="Force min.", beside_loops=True),
+        _motion(4, "Force min.", beside_loops=True),
         rounding=Rounding(1),
         compute=lambda loops: loops.forces_kN[0],
         propagate=lambda drawn: drawn.forces_kN[0],
@@ -159,8 +166,7 @@ ENTRIES = (
     of_loop(
         "force_max_kN", "F_max", "Force max.", "kN",
         "greatest force of the loop; in `summary` the mean, in `extremes` that of all samples",
-        replace(
-            _MOTION, heading="Force max.", beside_loops=True, runs="extreme",
+        _motion(5, "Force max.", beside_loops=True, runs="extreme",
             compared="Largest force of a cycle, mean", before_after=True,
         ),
         rounding=Rounding(1),
@@ -170,7 +176,7 @@ ENTRIES = (
     of_loop(
         "speed_loading_max_mm_per_s", "v", "Speed of loading", "mm/s",
         "largest absolute speed of the loading branch",
-        replace(_MOTION, heading="Speed load."),
+        _motion(6, "Speed load."),
         rounding=Rounding(1), source="EN 15551", reads=STROKE,
         compute=lambda loops: loops.speeds_mm_per_s[0], why_missing=_FEW_READ,
         propagate=lambda drawn: drawn.speed("speed_loading_max_mm_per_s", drawn.loop.loading),
@@ -178,16 +184,15 @@ ENTRIES = (
     of_loop(
         "speed_unloading_max_mm_per_s", "v", "Speed of unloading", "mm/s",
         "largest absolute speed of the unloading branch",
-        replace(_MOTION, heading="Speed unload."),
+        _motion(7, "Speed unload."),
         rounding=Rounding(1), source="EN 15551", reads=STROKE,
         compute=lambda loops: loops.speeds_mm_per_s[1], why_missing=_FEW_READ,
         propagate=lambda drawn: drawn.speed("speed_unloading_max_mm_per_s", drawn.loop.unloading),
     ),
     of_loop(
         "stored_energy_J", "W_s", "Stored energy", "J", "area under the loading branch",
-        replace(
-            _ENERGY, main=True, heading="Stored Wₛ", runs="mean", compared="Stored energy Wₛ",
-            before_after=True, settled=Settled(1, ""), sent=True, terminal=OnScreen("stored\nJ", 0),
+        _energy(0, "Stored Wₛ", main=True, runs="mean", compared="Stored energy Wₛ",
+            before_after=True, settled=Settled(1, ""), terminal=OnScreen("stored\nJ", 0),
         ),
         rounding=Rounding(0, finer_below=1000.0), source="paper (1), EN 15551",
         compute=lambda loops: loops.stored_J,
@@ -196,9 +201,8 @@ ENTRIES = (
     ),
     of_loop(
         "absorbed_energy_J", "W_a", "Absorbed energy", "J", "signed area of the loop",
-        replace(
-            _ENERGY, main=True, heading="Absorbed Wₐ", compared="Absorbed energy Wₐ", before_after=True,
-            settled=Settled(0, "Wₐ"), sent=True, terminal=OnScreen("absorbed\nJ", 0),
+        _energy(1, "Absorbed Wₐ", main=True, compared="Absorbed energy Wₐ", before_after=True,
+            settled=Settled(0, "Wₐ"), terminal=OnScreen("absorbed\nJ", 0),
             monitor=OnScreen("absorbed", 0),
         ),
         rounding=Rounding(0, finer_below=1000.0), source="paper (1), (2)",
@@ -207,9 +211,8 @@ ENTRIES = (
     ),
     of_loop(
         "damping", "D", "Damping", "1", "W_a / W_s; not a material constant, not the loss factor",
-        replace(
-            _ENERGY, main=True, heading="Damping Wₐ/Wₛ", beside_loops=True, runs="mean",
-            compared="Damping Wₐ/Wₛ", before_after=True, settled=Settled(2, "Wₐ/Wₛ"), sent=True,
+        _energy(2, "Damping Wₐ/Wₛ", main=True, beside_loops=True, runs="mean",
+            compared="Damping Wₐ/Wₛ", before_after=True, settled=Settled(2, "Wₐ/Wₛ"),
             trend=Trended(
                 "damping", "Damping (absorbed over stored energy)", "Damping W$_a$/W$_s$ [–]",
                 amplitudes=False, two_sided=False,
@@ -226,10 +229,8 @@ ENTRIES = (
     of_loop(
         "tangent_stiffness_kN_per_mm", "K_t", "Tangent stiffness", "kN/mm",
         "slope of the loading branch at mean stroke; the paper's dynamic stiffness",
-        replace(
-            _ENERGY, main=True, heading="Tangent stiffness", beside_loops=True, runs="mean",
+        _energy(3, "Tangent stiffness", main=True, beside_loops=True, runs="mean",
             compared="Tangent stiffness", before_after=True, settled=Settled(3, "Tangent stiffness"),
-            sent=True,
             trend=Trended(
                 "tangent_stiffness", "Tangent stiffness of the loading branch at mean stroke",
                 "Tangent stiffness [kN/mm]", amplitudes=True, two_sided=True,
@@ -245,14 +246,14 @@ ENTRIES = (
     of_loop(
         "secant_stiffness_kN_per_mm", "K_pp", "Secant stiffness", "kN/mm",
         "force difference of the turning points over the range",
-        replace(_ENERGY, heading="Secant stiffness"),
+        _energy(4, "Secant stiffness"),
         rounding=_STIFFNESS,
         compute=lambda loops: loops.rise_kN / loops.span_mm,
         propagate=lambda drawn: drawn.rise_kN / (drawn.high_mm - drawn.low_mm),
     ),
     of_loop(
         "dynamic_stiffness_kN_per_mm", "|K*|", "Dynamic stiffness", "kN/mm", "first harmonic, F_a / x_a",
-        replace(_ENERGY, heading="Dynamic stiffness |K*|", compared="Dynamic stiffness |K*|"),
+        _energy(5, "Dynamic stiffness |K*|", compared="Dynamic stiffness |K*|"),
         rounding=_STIFFNESS, source=ISO, kinds=HARMONIC,
         compute=lambda loops: np.abs(loops.first),
         propagate=lambda drawn: np.abs(drawn.first),
@@ -276,7 +277,7 @@ ENTRIES = (
     ),
     of_loop(
         "loss_factor", "tan δ", "Loss factor", "1", "K″ / K′",
-        replace(_ENERGY, heading="Loss factor", compared="Loss factor"),
+        _energy(6, "Loss factor", compared="Loss factor"),
         rounding=Rounding(4), source=ISO, kinds=HARMONIC,
         compute=lambda loops: _ratio(loops.first.imag, loops.first.real),
         why_missing="the storage stiffness is not positive",
@@ -296,11 +297,11 @@ ENTRIES = (
     _temperature(
         0, "temperature_start_C", "start", "Temperature at the start",
         "temperature of the specimen when the cycle starts",
-        replace(_MOTION, heading="Temp. start", sent=True),
+        _motion(8, "Temp. start"),
     ),
     _temperature(
         1, "temperature_max_C", "max", "Highest temperature",
         "highest temperature of the specimen during the cycle",
-        replace(_MOTION, heading="Temp. max."),
+        _motion(9, "Temp. max."),
     ),
 )  # fmt: skip

@@ -49,6 +49,7 @@ from bufferstand.evaluation.trends import find_trends
 from bufferstand.recording.catalogue import run_files
 
 SCHEMA: Final = "bufferstand/evaluation/1"
+_PATHS = [quantity.path for quantity in QUANTITIES]
 _NO_SAMPLES = Record(np.zeros(0), np.zeros(0), np.zeros(0))
 LIGHT = RunEvaluation(RunFacts("", "harmonic"), _NO_SAMPLES, (), Summary((), {}), (), None, ())
 """A result that has only what trends and comparisons are made from; fill in facts, summary, mean loop."""
@@ -216,6 +217,7 @@ def run_entry(run: RunEvaluation) -> RunEntry:
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
         "inspection": None if run.inspection is None else dict(run.inspection),
         "half_width_95": None if run.steps else _half_widths(run.summary),
+        "missing": None if run.steps else _missing(run.summary),
         "budget": budget_entry(run.budget),
         "shared_errors": None if run.shared_errors is None else run.shared_errors.entry(),
         "skew_sensitivity": evidence["skew_sensitivity"],
@@ -250,7 +252,6 @@ def _summary(summary: Summary) -> SummaryEntry:
                 "expanded_uncertainty": measured.expanded_uncertainty,
                 "coverage_factor": measured.coverage_factor,
             }
-            | ({"missing": measured.missing} if measured.missing else {})
             for name, measured in summary.values.items()
         },
     }
@@ -258,6 +259,10 @@ def _summary(summary: Summary) -> SummaryEntry:
 
 def _half_widths(summary: Summary) -> dict[str, float | None]:
     return {name: measured.half_width_95 for name, measured in summary.values.items()}
+
+
+def _missing(summary: Summary) -> dict[str, str]:
+    return {name: measured.missing for name, measured in summary.values.items() if measured.missing}
 
 
 def _step(step: StepResult) -> StepEntry:
@@ -269,6 +274,7 @@ def _step(step: StepResult) -> StepEntry:
         "summary": _summary(step.summary),
         "extremes": _extremes(step.extremes),
         "half_width_95": _half_widths(step.summary),
+        "missing": _missing(step.summary),
         "budget": budget_entry(step.budget),
         "skew_sensitivity": plain(step.skew_sensitivity),
         "shared_errors": None if step.shared_errors is None else step.shared_errors.entry(),
@@ -284,12 +290,8 @@ def _cycle(result: CycleResult) -> CycleEntry:
         "complete": cycle.complete,
         "steady": cycle.steady,
     }
-    for quantity, value in zip(QUANTITIES, result.quantities, strict=True):
-        *groups, key = quantity.path
-        group = entry
-        for name in groups:
-            group = group.setdefault(name, {})
-        group[key] = value
+    for (*groups, key), value in zip(_PATHS, result.quantities, strict=True):
+        (entry.setdefault(groups[0], {}) if groups else entry)[key] = value
     return entry | {
         "expanded_uncertainty": dict(result.expanded_uncertainty),
         "why": list(cycle.why),

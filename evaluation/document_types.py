@@ -66,7 +66,6 @@ class MeanEntry(TypedDict):
     value: float | None
     expanded_uncertainty: float | None
     coverage_factor: float
-    missing: NotRequired[str]
 
 
 class ExtremeEntry(TypedDict):
@@ -154,6 +153,7 @@ class StepEntry(TypedDict):
     summary: SummaryEntry
     extremes: dict[str, ExtremeEntry]
     half_width_95: dict[str, float | None]
+    missing: dict[str, str]
     budget: list[BudgetEntry]
     skew_sensitivity: SkewSensitivityEntry | None
     shared_errors: SharedErrorsEntry | None
@@ -349,6 +349,7 @@ class RunEntry(HistoryEntry, EvidenceEntry):
     limit_set: dict[str, Any] | None
     inspection: dict[str, Any] | None
     half_width_95: dict[str, float | None] | None
+    missing: dict[str, str] | None
     budget: list[BudgetEntry]
     shared_errors: SharedErrorsEntry | None
     purpose: NotRequired[Purpose | None]

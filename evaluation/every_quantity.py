@@ -31,3 +31,7 @@ MAIN = QUANTITIES.that(lambda entry: entry.shown.main)
 OF_TURNS = QUANTITIES.that(lambda entry: entry.needs == "turns")
 OF_LOOP = QUANTITIES.that(lambda entry: entry.needs == "loop")
 OF_THERMOMETER = QUANTITIES.that(lambda entry: entry.needs == "thermometer")
+SETTLING = Catalogue(
+    sorted(QUANTITIES.that(lambda entry: entry.shown.settled), key=lambda entry: entry.settled.place)
+)
+"""Those of which ``settling`` of the document tells, in the order in which it does."""

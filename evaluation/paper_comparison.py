@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.figures import loops, timeline, trends
 from bufferstand.evaluation.figures.decimate import kept_samples
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Level, Plot
@@ -186,11 +187,20 @@ def _trends(buffer: SpringModel) -> _Part:
                 _WHY["8b"],
             )
         )  # fmt: skip
+    tangent = _axis("tangent_stiffness_kN_per_mm")
     figures = [
-        Figure("fig-08a", "Damping over frequency at 25 °C", trends.damping_trend(series)),
-        Figure("fig-08b", "Stiffness over frequency at 25 °C, 80 mm/s", trends.stiffness_trend(stiff)),
+        Figure("fig-08a", "Damping over frequency at 25 °C", trends.trend_plot(series, _axis("damping"))),
+        Figure(
+            "fig-08b",
+            "Stiffness over frequency at 25 °C, 80 mm/s",
+            trends.trend_plot(stiff, tangent),
+        ),
     ]
     return figures, rows
+
+
+def _axis(name: str) -> str:
+    return QUANTITIES.named(name).trended.axis
 
 
 def _draw_hook(hook: SpringModel) -> _Part:

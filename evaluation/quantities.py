@@ -113,7 +113,7 @@ def _with_temperatures(
 ) -> list[CycleResult]:
     """Return the cycles, complete or not, with the quantities of the thermometers."""
     spans = np.array([(one.cycle.start_s, one.cycle.end_s) for one in results]).reshape(-1, 2)
-    readings = _Readings(sensors, *spans.T, interval_s)
+    readings = _Readings(sensors, spans[:, 0], spans[:, 1], interval_s)
     columns = _finite(OF_THERMOMETER, readings)
     reasons = _reasons(OF_THERMOMETER, columns, readings)
     named = zip(*columns.values(), strict=True)
@@ -154,9 +154,10 @@ def _finite(entries: Catalogue, figures: Any) -> dict[str, list[float | None]]:
     with np.errstate(divide="ignore", invalid="ignore"):
         for entry in entries:
             column = np.asarray(entry.compute(figures), dtype=np.float64)
-            finite = np.isfinite(column)
-            values = column.tolist()
-            columns[entry.name] = values if finite.all() else np.where(finite, column, None).tolist()
+            values: list[float | None] = column.tolist()
+            for row in np.flatnonzero(~np.isfinite(column)).tolist():
+                values[row] = None
+            columns[entry.name] = values
     return columns
 
 

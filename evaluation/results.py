@@ -387,7 +387,7 @@ class Trend:
     of the points only then, from three points on, and are None below.
     """
 
-    quantity: Literal["damping", "tangent_stiffness"]
+    quantity: str
     prestress_mm: float
     amplitude_mm: float | None
     runs: tuple[str, ...]

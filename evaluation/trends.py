@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from bufferstand.evaluation.across_runs.line import coverage_factor, fit_line
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of, figure_of
 from bufferstand.evaluation.document_types import Basis
+from bufferstand.evaluation.catalogue import Quantity
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.quantities import is_two_sided
 from bufferstand.evaluation.record import FloatArray
@@ -33,12 +34,7 @@ TEMPERATURE_CORRELATION = 0.7
 """… and so are three or more points that differ by 1 K already, if temperature follows frequency: the
 absolute coefficient of correlation is at least 0.7."""
 CONFIDENCE = 0.95
-
-TrendQuantity = Literal["damping", "tangent_stiffness"]
-_NAMES: dict[TrendQuantity, str] = {
-    "damping": "damping",
-    "tangent_stiffness": "tangent_stiffness_kN_per_mm",
-}
+_TRENDED = QUANTITIES.that(lambda entry: entry.shown.trend)
 
 
 def find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, ...]:
@@ -63,11 +59,14 @@ def find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, ...]:
         for prestressed in grouped(own, _same_prestress):
             by_amplitude = grouped(prestressed, _same_amplitude)
             for group in by_amplitude:
-                trends += [t for q in _NAMES if (t := _trend(q, group, constant=True)) is not None]
+                trends += [_trend(entry, group, constant=True) for entry in _TRENDED]
             if len(by_amplitude) > 1:
-                trend = _trend("tangent_stiffness", prestressed, constant=False)
-                trends += [trend] if trend is not None else []
-    return tuple(trends)
+                trends += [
+                    _trend(entry, prestressed, constant=False)
+                    for entry in _TRENDED
+                    if entry.trended.amplitudes
+                ]
+    return tuple(trend for trend in trends if trend is not None)
 
 
 def _value(run: RunEvaluation, name: str) -> float | None:
@@ -89,10 +88,10 @@ def _same_amplitude(a: RunEvaluation, b: RunEvaluation) -> bool:
     return abs(one - two) <= max(AMPLITUDE_TOLERANCE_MM, AMPLITUDE_TOLERANCE * max(one, two))
 
 
-def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant: bool) -> Trend | None:
-    name = _NAMES[quantity]
+def _trend(entry: Quantity, group: Sequence[RunEvaluation], *, constant: bool) -> Trend | None:
+    name, trended = entry.name, entry.trended
     known = [r for r in group if _value(r, name) is not None]
-    two_sided = [r for r in known if quantity == "damping" and _is_two_sided(r)]
+    two_sided = [r for r in known if not trended.two_sided and _is_two_sided(r)]
     points = sorted((r for r in known if r not in two_sided), key=lambda r: _number(r, "frequency_Hz"))
     frequency = np.array([_number(r, "frequency_Hz") for r in points])
     if len(points) < 2 or frequency[-1] < LEAST_FREQUENCY_RATIO * frequency[0]:
@@ -104,10 +103,10 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         warnings.append("two points only: a line fits them whatever it means")
     left_out = len(group) - len(known)
     if left_out:
-        warnings.append(f"{left_out} of {len(group)} runs have no {quantity.replace('_', ' ')}")
+        warnings.append(f"{left_out} of {len(group)} runs have no {trended.name.replace('_', ' ')}")
     if two_sided:
         names = ", ".join(r.facts.id for r in two_sided)
-        warnings.append(f"left out, as damping is not meaningful for two-sided loops: {names}")
+        warnings.append(f"left out, as {entry.label.lower()} is not meaningful for two-sided loops: {names}")
     amplitudes = [_number(r, "amplitude_mm") for r in points]
     if not constant:
         warnings.append(
@@ -121,7 +120,7 @@ def _trend(quantity: TrendQuantity, group: Sequence[RunEvaluation], *, constant:
         warnings.append("no expanded uncertainty of some points: their runs say why")
     warnings += line.warnings
     return Trend(
-        quantity=quantity,
+        quantity=trended.name,
         prestress_mm=float(np.mean([_number(r, "prestress_mm") for r in points])),
         amplitude_mm=float(np.mean(amplitudes)) if constant else None,
         runs=tuple(r.facts.id for r in points),

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.evaluation.document import evaluate_entry
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.load import load_run
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.catalogue import facts_of, run_files
@@ -21,13 +22,19 @@ from bufferstand.recording.runfile import open_run
 
 LOOP_ROWS = 1500
 """Rows of a loop on the screen."""
-SHOWN = (
-    "amplitude_mm", "frequency_Hz", "damping", "tangent_stiffness_kN_per_mm", "stored_energy_J",
-    "absorbed_energy_J", "temperature_start_C",
-)  # fmt: skip
-"""Values of the summary that a page shows, means over cycles …"""
+COLUMNS = [
+    {
+        "name": entry.name,
+        "heading": entry.shown.monitor.heading,
+        "unit": "" if entry.unit == "1" else entry.unit,
+        "decimals": entry.shown.monitor.decimals,
+    }
+    for entry in QUANTITIES
+    if entry.shown.monitor is not None
+]
+"""Means over cycles that the page has a column of; after them come …"""
 EXTREMES = ("stroke_max_mm", "force_max_kN", "temperature_max_C")
-"""… and greatest values over all samples of the run."""
+"""… greatest values over all samples of the run."""
 
 
 def describe(path: Path, root: Path) -> dict[str, Any]:
@@ -41,6 +48,7 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
         "step": facts.step,
         "started_utc": facts.started_utc,
         "problem": facts.problem,
+        "columns": COLUMNS,
         "summary": {},
         "extremes": {},
         "requirements": [],
@@ -58,13 +66,13 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
             {"at_s": None if e.time_s is None else round(e.time_s, 2), "text": f"{e.kind}: {e.text}"}
             for e in run.events
         ]
-        entry, _ = evaluate_entry(path)
-        summary = entry["summary"] or {}
-        content["summary"] = {name: summary[name] for name in SHOWN if summary.get(name)}
-        content["extremes"] = {name: entry["extremes"][name] for name in EXTREMES}
-        content["verdict"], content["warnings"] = entry["verdict"], entry["warnings"]
-        content["requirements"] = entry["requirements"]
-        content["cycles"] = len(entry["cycles"])
+        evaluated, _ = evaluate_entry(path)
+        summary = evaluated["summary"] or {}
+        content["summary"] = {name: summary[name] for name in QUANTITIES.names if summary.get(name)}
+        content["extremes"] = {name: evaluated["extremes"][name] for name in EXTREMES}
+        content["verdict"], content["warnings"] = evaluated["verdict"], evaluated["warnings"]
+        content["requirements"] = evaluated["requirements"]
+        content["cycles"] = len(evaluated["cycles"])
         content["loop"] = _loop(path)
     except BadInput as error:
         content["problem"] = str(error)

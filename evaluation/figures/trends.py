@@ -10,8 +10,6 @@ import numpy as np
 from bufferstand.evaluation.figures.plot import Fit, Floats, Plot, Points
 
 FREQUENCY_LABEL = "Frequency of loading [Hz]"
-DAMPING_LABEL = "Damping W$_a$/W$_s$ [–]"
-STIFFNESS_LABEL = "Tangent stiffness [kN/mm]"
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,17 +37,8 @@ class TrendSeries:
     band: tuple[Floats, Floats, Floats] | None = None
 
 
-def damping_trend(series: Sequence[TrendSeries]) -> Plot:
-    """Return damping over frequency (paper, Fig. 8a)."""
-    return _trend(series, DAMPING_LABEL)
-
-
-def stiffness_trend(series: Sequence[TrendSeries]) -> Plot:
-    """Return tangent stiffness at mean stroke over frequency (paper, Fig. 8b)."""
-    return _trend(series, STIFFNESS_LABEL)
-
-
-def _trend(series: Sequence[TrendSeries], y_label: str) -> Plot:
+def trend_plot(series: Sequence[TrendSeries], y_label: str) -> Plot:
+    """Return a quantity over frequency (paper, Figs 8a and 8b)."""
     points = tuple(
         Points(one.label, one.frequency_Hz, one.value, one.expanded_uncertainty, tone)
         for tone, one in enumerate(series)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.cycles import find_with_harmonics
-from bufferstand.evaluation.every_quantity import OF_THERMOMETER
+from bufferstand.evaluation.every_quantity import OF_THERMOMETER, QUANTITIES
 from bufferstand.evaluation.gaps.bridge import Hole
 from bufferstand.evaluation.gaps.coarse import (
     SMOOTH_SHARE,
@@ -334,11 +334,11 @@ def _limits(result: CycleResult, other: CycleResult) -> dict[str, float]:
 
 def _changes(result: CycleResult, other: CycleResult) -> dict[str, float]:
     """Return by how much the figures of a cycle are others in another record."""
-    two = other.quantities._asdict()
+    both = zip(QUANTITIES.names, result.quantities, other.quantities, strict=True)
     return {
-        name: two[name] - value
-        for name, value in result.quantities._asdict().items()
-        if name not in _LEFT_OUT and value is not None and two[name] is not None
+        name: changed - value
+        for name, value, changed in both
+        if name not in _LEFT_OUT and value is not None and changed is not None
     }
 
 

@@ -13,6 +13,7 @@ from bufferstand.evaluation.document_types import (
     ProofLoadEntry,
     RunInTimeEntry,
 )
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.thermal_comparison import (
@@ -24,14 +25,7 @@ from bufferstand.evaluation.thermal_comparison import (
 
 PRELOAD = "preload_kN"
 """The preload is no figure of a cycle: it is what was judged (requirement ``preload``)."""
-COMPARED = (
-    PRELOAD,
-    "damping",
-    "tangent_stiffness_kN_per_mm",
-    "stored_energy_J",
-    "absorbed_energy_J",
-    "force_max_kN",
-)
+COMPARED = (PRELOAD, *(entry.name for entry in QUANTITIES if entry.shown.before_after))
 _WARMER_K = 2.0
 
 

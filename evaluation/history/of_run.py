@@ -8,6 +8,7 @@ from math import hypot
 
 import numpy as np
 
+from bufferstand.evaluation.every_quantity import QUANTITIES, SETTLING
 from bufferstand.evaluation.history.facts import (
     CumulatedEnergy,
     Hold,
@@ -20,7 +21,7 @@ from bufferstand.evaluation.history.facts import (
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.noise import Noise
 from bufferstand.evaluation.record import FloatArray, Record
-from bufferstand.evaluation.results import CycleResult, Quantities, RunFacts, StepResult
+from bufferstand.evaluation.results import CycleResult, RunFacts, StepResult
 from bufferstand.evaluation.summary import MeanOfDraws
 from bufferstand.evaluation.uncertainty import COVERAGE, turn_share
 from bufferstand.foundation.channel import ChannelUncertainty
@@ -35,7 +36,6 @@ _FROM = 0.02
 _RULES = 4.0
 """The stroke creeps, or the force relaxes, if it changes by so many times the other's share of itself."""
 SETTLED = 0.02
-_SETTLING = ("absorbed_energy_J", "stored_energy_J", "damping", "tangent_stiffness_kN_per_mm")
 _RAMP = (0.6, 0.9)
 """The speed at which a stroke arrives is that between these shares of the cycle's range …"""
 _SLOWER = 0.25
@@ -220,9 +220,9 @@ def _settling(
     part: int | None, results: Sequence[CycleResult], drawn: MeanOfDraws, *, asked: bool
 ) -> list[Settling]:
     number = np.array([r.cycle.index for r in results], dtype=np.float64)
-    columns = dict(zip(Quantities._fields, zip(*(r.quantities for r in results), strict=True), strict=False))
+    columns = dict(zip(QUANTITIES.names, zip(*(r.quantities for r in results), strict=True), strict=False))
     found = []
-    for name in _SETTLING if results else ():
+    for name in SETTLING.names if results else ():
         values = np.array(columns[name], dtype=np.float64)  # None becomes NaN
         known = ~np.isnan(values)
         if np.count_nonzero(known) >= _LEAST_CYCLES:

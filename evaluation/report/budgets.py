@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bufferstand.evaluation.every_quantity import MAIN
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import significant, usable
 from bufferstand.evaluation.report.source import ReportRun, Source
 
-_SYMBOLS = {
-    "stored_energy_J": "W_s",
-    "absorbed_energy_J": "W_a",
-    "damping": "D",
-    "tangent_stiffness_kN_per_mm": "K_t",
-}
+_SYMBOLS = {entry.name: entry.symbol for entry in MAIN}
 _EXPLANATION = (
     "Linear budget (JCGM 100) of the means over the cycles used. The best estimate of each input error is 0, "
     "u its standard uncertainty, c the sensitivity of the result to it (in the units of both); contributions "

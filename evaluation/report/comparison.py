@@ -9,6 +9,7 @@ import numpy as np
 
 from bufferstand.evaluation.across_runs.shared import Owed, shared_of
 from bufferstand.evaluation.differences import Difference, Value, difference, equivalences
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.figures.loops import Loop
 from bufferstand.evaluation.report.conformity import conformity_section
 from bufferstand.evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
@@ -20,15 +21,9 @@ from bufferstand.evaluation.report.sides import Condition, Sides, alone
 from bufferstand.evaluation.report.source import ReportRun, runs_text
 from bufferstand.evaluation.report.verdicts import name_of, run_verdict_cell
 
-_QUANTITIES = (
-    ("force_max_kN", "Largest force of a cycle, mean", "kN"),
-    ("stored_energy_J", "Stored energy Wₛ", "J"),
-    ("absorbed_energy_J", "Absorbed energy Wₐ", "J"),
-    ("damping", "Damping Wₐ/Wₛ", "–"),
-    ("tangent_stiffness_kN_per_mm", "Tangent stiffness", "kN/mm"),
-    ("dynamic_stiffness_kN_per_mm", "Dynamic stiffness |K*|", "kN/mm"),
-    ("loss_factor", "Loss factor", "–"),
-)
+_COMPARED = QUANTITIES.that(lambda entry: entry.shown.compared)
+_TO_COMMON_STROKE = ("stored_energy_J", "absorbed_energy_J", "damping")
+"""As :func:`_energies` returns them."""
 _SAME_END_MM = 0.5
 """Loops whose ends are further apart are compared to the stroke that both reach, too."""
 _APART_K = 2.0
@@ -67,8 +62,14 @@ def compared_of(conditions: Sequence[Condition]) -> list[Compared]:
     found = []
     for condition in conditions:
         rows = [
-            Compared(condition, name, words, unit, tuple(_summary_value(run, name) for run in condition.runs))
-            for name, words, unit in _QUANTITIES
+            Compared(
+                condition,
+                entry.name,
+                str(entry.shown.compared),
+                entry.printed_unit,
+                tuple(_summary_value(run, entry.name) for run in condition.runs),
+            )
+            for entry in _COMPARED
         ]
         rows.insert(0, _greatest_force(condition))
         rows += _to_common_stroke(condition)
@@ -143,12 +144,14 @@ def _to_common_stroke(condition: Condition) -> list[Compared]:
     end = min(ends)
     energies = [None if loop is None else _energies(loop, end) for loop in loops]
     rows = []
-    for place, (name, words, unit) in enumerate(_QUANTITIES[1:4]):
+    for place, name in enumerate(_TO_COMMON_STROKE):
+        entry = QUANTITIES.named(name)
         values = tuple(
             None if run is None or got is None else _like(run, name, got[place])
             for run, got in zip(condition.runs, energies, strict=True)
         )
-        rows.append(Compared(condition, f"{name}@{end:.1f}", f"{words} to {fixed(end, 1)} mm", unit, values))
+        words = f"{entry.shown.compared} to {fixed(end, 1)} mm"
+        rows.append(Compared(condition, f"{name}@{end:.1f}", words, entry.printed_unit, values))
     return rows
 
 

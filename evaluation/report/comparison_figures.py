@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bufferstand.evaluation.every_quantity import MAIN
 from bufferstand.evaluation.figures.differences import ChangeSeries, changes_plot
 from bufferstand.evaluation.figures.loops import Loop, labelled_loops
 from bufferstand.evaluation.report.comparison import Compared, shown_loop, start_C
@@ -16,7 +17,6 @@ from bufferstand.evaluation.report.source import ReportRun
 from bufferstand.evaluation.report.unnumbered import Unnumbered
 
 MOST_LOOP_FIGURES = 8
-_DRAWN = ("stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm")
 
 
 def comparison_pictures(sides: Sides, compared: Sequence[Compared]) -> list[Unnumbered]:
@@ -33,7 +33,7 @@ def comparison_pictures(sides: Sides, compared: Sequence[Compared]) -> list[Unnu
 
 def _changes_picture(sides: Sides, compared: Sequence[Compared], place: int) -> Unnumbered | None:
     series, rows = [], []
-    for name in _DRAWN:
+    for name in MAIN.names:
         found = [
             (row, apart)
             for row in compared

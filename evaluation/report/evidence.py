@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
 from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.thermal_comparison import FIGURES as COMPARED
 
 _EXPLANATION = (
     "A force that is recorded late or early against the stroke changes the area of the loop: the first "
@@ -22,9 +24,7 @@ _NO_LIMIT = "the channels state no accuracy"
 _WIRE_OUT = "a draw wire is out: the other one alone is the stroke"
 FIGURES = (
     ("end_force_kN", "End force", "kN"),
-    ("stored_energy_J", "Stored energy", "J"),
-    ("absorbed_energy_J", "Absorbed energy", "J"),
-    ("damping", "Damping", "–"),
+    *((entry.name, entry.label, entry.printed_unit) for entry in map(QUANTITIES.named, COMPARED[1:])),
 )
 """What is compared at equal stroke, as the evaluation document names it."""
 

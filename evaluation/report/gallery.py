@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.figures.loops import (
     Loop,
     amplitude_loops,
@@ -19,25 +20,17 @@ from bufferstand.evaluation.figures.plot import Plot, Window
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Picture, Section, Table, Texts
 from bufferstand.evaluation.report.evidence import as_recorded
 from bufferstand.evaluation.report.model_figures import model_pictures
-from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant, usable
+from bufferstand.evaluation.report.numbers import fixed, significant, usable
 from bufferstand.evaluation.report.samples import at_strokes, loop_of
 from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
-from bufferstand.evaluation.report.tables import cycle_head, why_missing
+from bufferstand.evaluation.report.tables import columns, cycle_head, value_cell
 from bufferstand.evaluation.report.timelines import timeline_pictures
 from bufferstand.evaluation.report.trend_figures import runs_of_trend, trend_pictures
 from bufferstand.evaluation.report.unnumbered import Unnumbered
 from bufferstand.evaluation.report.verdicts import worst
 
 _LEVEL_STEP_MM = 10.0
-_LOOP_COLUMNS = (
-    ("Prestress", "mm", "prestress_mm"),
-    ("Amplitude", "mm", "amplitude_mm"),
-    ("Frequency", "Hz", "frequency_Hz"),
-    ("Force min.", "kN", "force_min_kN"),
-    ("Force max.", "kN", "force_max_kN"),
-    ("Damping Wₐ/Wₛ", "–", "damping"),
-    ("Tangent stiffness", "kN/mm", "tangent_stiffness_kN_per_mm"),
-)
+_LOOP_COLUMNS = QUANTITIES.that(lambda entry: entry.shown.beside_loops)
 
 
 def figures_section(source: Source) -> Section:
@@ -237,10 +230,7 @@ def _loops_picture(
     highest = max(float(np.nanmax(loop.force_kN)) for _, _, loop in chosen)
     rows = []
     for run, cycle, _ in chosen:
-        values = (
-            quantity_cell(name, cycle.get(name), why_missing(run, cycle, name)) for *_, name in _LOOP_COLUMNS
-        )
-        rows.append((*cycle_head(run, cycle), *values))
+        rows.append((*cycle_head(run, cycle), *(value_cell(entry, cycle) for entry in _LOOP_COLUMNS)))
     return Unnumbered(
         caption=caption,
         alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
@@ -251,7 +241,7 @@ def _loops_picture(
                 Column("Run"),
                 Column("Cycle"),
                 Column("State"),
-                *(Column(title, unit) for title, unit, _ in _LOOP_COLUMNS),
+                *columns(_LOOP_COLUMNS),
             ),
             tuple(rows),
         ),

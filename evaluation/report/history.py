@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from bufferstand.evaluation.every_quantity import QUANTITIES, SETTLING
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.evidence import number_of
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
@@ -16,18 +17,10 @@ Entry = Mapping[str, Any]
 
 MOST_ROWS = 6
 """Of a run with more holds or residual strokes the first and the last so many are printed."""
-_CHANGES = (
-    ("absorbed_energy_J", "Wₐ"),
-    ("damping", "Wₐ/Wₛ"),
-    ("tangent_stiffness_kN_per_mm", "Tangent stiffness"),
-)
+_SETTLED = [(entry.name, entry.settled.heading) for entry in SETTLING if entry.settled.heading]
 _COMPARED = (
     ("preload_kN", "Preload", "kN"),
-    ("force_max_kN", "Force max.", "kN"),
-    ("stored_energy_J", "Stored energy", "J"),
-    ("absorbed_energy_J", "Absorbed energy", "J"),
-    ("damping", "Damping", "–"),
-    ("tangent_stiffness_kN_per_mm", "Tangent stiffness", "kN/mm"),
+    *((entry.name, entry.label, entry.printed_unit) for entry in QUANTITIES if entry.shown.before_after),
 )
 _ZEROED = (
     ("stroke_1", "Draw wire 1", "mm"),
@@ -174,7 +167,7 @@ _COURSE = (
     (
         Column("Run"),
         Column("Complete cycles"),
-        *(Column(f"{words}, first to last ± U", "%") for _, words in _CHANGES),
+        *(Column(f"{words}, first to last ± U", "%") for _, words in _SETTLED),
         Column("All settled from cycle"),
         Column("Absorbed in all ± U", "kJ"),
         Column("Cycles not evaluated"),
@@ -258,7 +251,7 @@ def _parts(run: ReportRun) -> Iterable[int | None]:
 def _course(run: ReportRun, part: int | None) -> tuple[Cell, ...]:
     own = {one["quantity"]: one for one in run.evaluated.get("settling") or [] if one["part"] == part}
     span = next((f"{one['first_cycle']} – {one['last_cycle']}" for one in own.values()), None)
-    settled = [own[name]["settled_at_cycle"] for name, _ in _CHANGES if name in own]
+    settled = [own[name]["settled_at_cycle"] for name, _ in _SETTLED if name in own]
     last = Cell(DASH, "missing", _FEW)
     if settled:
         late = None if None in settled else max(settled)
@@ -266,7 +259,7 @@ def _course(run: ReportRun, part: int | None) -> tuple[Cell, ...]:
     return (
         Cell(run.label if part is None else f"{run.number}#{part}", "number"),
         Cell(DASH, "missing", _FEW) if span is None else Cell(span, "number"),
-        *(_change(own.get(name)) for name, _ in _CHANGES),
+        *(_change(own.get(name)) for name, _ in _SETTLED),
         last,
         *_energy(run, part),
     )

@@ -5,31 +5,11 @@ from __future__ import annotations
 import math
 from datetime import datetime
 
+from bufferstand.evaluation.catalogue import Rounding
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell
 
-_DECIMALS = {
-    "stroke_min_mm": 1,
-    "stroke_max_mm": 1,
-    "prestress_mm": 1,
-    "amplitude_mm": 2,
-    "force_min_kN": 1,
-    "force_max_kN": 1,
-    "speed_loading_max_mm_per_s": 1,
-    "speed_unloading_max_mm_per_s": 1,
-    "stored_energy_J": 0,
-    "absorbed_energy_J": 0,
-    "damping": 4,
-    "tangent_stiffness_kN_per_mm": 3,
-    "secant_stiffness_kN_per_mm": 3,
-    "dynamic_stiffness_kN_per_mm": 3,
-    "storage_stiffness_kN_per_mm": 3,
-    "loss_stiffness_kN_per_mm": 3,
-    "loss_factor": 4,
-    "stroke_distortion": 4,
-    "temperature_C": 1,
-    "start_s": 2,
-    "end_s": 2,
-}
+_ROUNDINGS = {entry.name: entry.rounding for entry in QUANTITIES} | {"temperature_C": Rounding(1)}
 _SIGNIFICANT = 4
 _MOST_DECIMALS = 4
 _MINUS = "−"
@@ -82,11 +62,10 @@ def quantity_cell(name: str, value: object, why: str) -> Cell:
     number = usable(value)
     if number is None:
         return Cell(DASH, "missing", why)
-    if name == "frequency_Hz":
-        return Cell(significant(number, 3), "number")
-    if name.endswith("_energy_J") and abs(number) < 1000.0:
-        return Cell(fixed(number, 1), "number")
-    return Cell(fixed(number, _DECIMALS[name]), "number")
+    rounding = _ROUNDINGS[name]
+    if rounding.significant is not None:
+        return Cell(significant(number, rounding.significant), "number")
+    return Cell(fixed(number, rounding.decimals + (abs(number) < rounding.finer_below)), "number")
 
 
 def measured_cell(value: object, expanded: object, why: str) -> Cell:

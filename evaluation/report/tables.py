@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from bufferstand.evaluation.catalogue import Catalogue, Quantity
+from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table
 from bufferstand.evaluation.report.extremes import extremes_table
 from bufferstand.evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
@@ -15,46 +17,35 @@ from bufferstand.foundation.durations import duration_text
 MOST_HARMONIC_CYCLES = 10
 """Cycles of a harmonic run that are printed; the evaluation document holds them all."""
 
-_MOTION = (
-    ("Prestress", "mm", "prestress_mm"),
-    ("Amplitude", "mm", "amplitude_mm"),
-    ("Frequency", "Hz", "frequency_Hz"),
-    ("Stroke max.", "mm", "stroke_max_mm"),
-    ("Force min.", "kN", "force_min_kN"),
-    ("Force max.", "kN", "force_max_kN"),
-    ("Speed load.", "mm/s", "speed_loading_max_mm_per_s"),
-    ("Speed unload.", "mm/s", "speed_unloading_max_mm_per_s"),
-)
-_ENERGY = (
-    ("Stored Wₛ", "J", "stored_energy_J"),
-    ("Absorbed Wₐ", "J", "absorbed_energy_J"),
-    ("Damping Wₐ/Wₛ", "–", "damping"),
-    ("Tangent stiffness", "kN/mm", "tangent_stiffness_kN_per_mm"),
-    ("Secant stiffness", "kN/mm", "secant_stiffness_kN_per_mm"),
-    ("Dynamic stiffness |K*|", "kN/mm", "dynamic_stiffness_kN_per_mm"),
-    ("Loss factor", "–", "loss_factor"),
-)
+
+def _of_cycles(table: str) -> Catalogue:
+    """Return what is in one of the two tables of cycles, in its order."""
+    placed = [
+        (entry.shown.cycles.place, entry)
+        for entry in QUANTITIES
+        if entry.shown.cycles is not None and entry.shown.cycles.table == table
+    ]
+    return Catalogue(entry for _, entry in sorted(placed, key=lambda one: one[0]))
 
 
-_WITH_U = frozenset({"stored_energy_J", "absorbed_energy_J", "damping", "tangent_stiffness_kN_per_mm"})
-"""What is printed with its uncertainty cycle by cycle."""
+_MOTION, _ENERGY = _of_cycles("motion"), _of_cycles("energy")
+_OF_RUN = QUANTITIES.that(lambda entry: entry.shown.runs)
+_UNSAID = "the evaluation document does not say why"
 
 
-def why_missing(run: ReportRun, cycle: Mapping[str, Any], name: str) -> str:
-    """Return the reason for a missing value: what the evaluation warns of, or what the cycle is."""
-    if name == "temperature_C" and (run.record is None or not run.record.temperatures):
-        return "the run has no temperature channel"
-    label = f"cycle {cycle['index']}"
-    short = name.rsplit("_", 1)[0] if name.count("_") else name
-    for warning in [str(w) for w in cycle.get("warnings") or []] + run.warnings:
-        text = warning.lower().replace("_", " ")
-        if short.replace("_", " ") in text and (label in text or "cycle" not in text):
-            return warning
-    if not cycle.get("complete"):
-        return "; ".join(str(reason) for reason in cycle.get("why") or []) or "the cycle is not complete"
-    if name in {"frequency_Hz", "dynamic_stiffness_kN_per_mm", "loss_factor"} and run.kind == "static":
-        return "only a harmonic run has one"
-    return "could not be had from the record; see the warnings of the run"
+def columns(entries: Catalogue) -> tuple[Column, ...]:
+    """Return the columns of quantities."""
+    return tuple(Column(entry.shown.heading, entry.printed_unit) for entry in entries)
+
+
+def value_cell(entry: Quantity, cycle: Mapping[str, Any]) -> Cell:
+    """Return a quantity of a cycle, or a dash with the reason that the cycle carries."""
+    return quantity_cell(entry.name, entry.value_in(cycle), _why_missing(cycle, entry.name))
+
+
+def _why_missing(part: Mapping[str, Any], name: str) -> str:
+    """Return why a cycle, a run or a step has no value; an earlier version's document has no reasons."""
+    return str((part.get("missing") or {}).get(name) or "; ".join(part.get("why") or ()) or _UNSAID)
 
 
 def runs_section(source: Source) -> Section:
@@ -77,13 +68,10 @@ def runs_section(source: Source) -> Section:
         "What came out",
         (
             Column("Run"),
-            Column("Prestress", "mm"),
-            Column("Amplitude", "mm"),
-            Column("Frequency", "Hz"),
-            Column("Force max.", "kN"),
-            Column("Stored Wₛ ± U", "J"),
-            Column("Damping Wₐ/Wₛ ± U", "–"),
-            Column("Tangent stiffness ± U", "kN/mm"),
+            *(
+                Column(entry.shown.heading + " ± U" * entry.shown.main, entry.printed_unit)
+                for entry in _OF_RUN
+            ),
             Column("Temperature start → max.", "°C"),
             Column("Verdict"),
         ),
@@ -126,18 +114,16 @@ def _result(run: ReportRun) -> tuple[Cell, ...]:
         "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
     )
     cells = [Cell(run.label, "number")]
-    for name in ("prestress_mm", "amplitude_mm", "frequency_Hz"):
-        why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
-        cells.append(quantity_cell(name, run.result(name), why))
-    greatest = run.extreme("force_max_kN")
-    cells.append(quantity_cell("force_max_kN", None if greatest is None else greatest.value, nothing))
-    for name in ("stored_energy_J", "damping", "tangent_stiffness_kN_per_mm"):
-        entry = run.summary.get(name)
-        why = why_missing(run, shown, name) if shown is not None and run.cycles_used else nothing
-        if isinstance(entry, Mapping):
-            cells.append(measured_cell(entry.get("value"), entry.get("expanded_uncertainty"), why))
+    for entry in _OF_RUN:
+        why = _why_missing(run.evaluated, entry.name) if shown is not None and run.cycles_used else nothing
+        mean = run.summary.get(entry.name)
+        if entry.shown.runs == "extreme":
+            extreme = run.extreme(entry.name)
+            cells.append(quantity_cell(entry.name, None if extreme is None else extreme.value, nothing))
+        elif entry.shown.main and isinstance(mean, Mapping):
+            cells.append(measured_cell(mean.get("value"), mean.get("expanded_uncertainty"), why))
         else:
-            cells.append(quantity_cell(name, run.result(name), why))
+            cells.append(quantity_cell(entry.name, run.result(entry.name), why))
     cells.append(_temperature_of_run(run))
     cells.append(run_verdict_cell(run))
     return tuple(cells)
@@ -182,14 +168,9 @@ def cycles_section(source: Source) -> Section:
             Column("Run"),
             Column("Cycle"),
             Column("State"),
-            *(Column(title, unit) for title, unit, _ in _MOTION),
-            Column("Temp. start", "°C"),
-            Column("Temp. max.", "°C"),
+            *columns(_MOTION),
         ),
-        tuple(
-            (*cycle_head(run, cycle), *_values(run, cycle, _MOTION), *_temperatures(run, cycle))
-            for run, cycle in chosen
-        ),
+        tuple((*cycle_head(run, cycle), *_values(cycle, _MOTION)) for run, cycle in chosen),
         note=note,
     )
     energy = Table(
@@ -198,9 +179,9 @@ def cycles_section(source: Source) -> Section:
             Column("Run"),
             Column("Cycle"),
             Column("State"),
-            *(Column(title, unit) for title, unit, _ in _ENERGY),
+            *columns(_ENERGY),
         ),
-        tuple((*cycle_head(run, cycle), *_values(run, cycle, _ENERGY)) for run, cycle in chosen),
+        tuple((*cycle_head(run, cycle), *_values(cycle, _ENERGY)) for run, cycle in chosen),
         note="With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
         "absorbed over the stored energy; it is not the loss factor.",
     )
@@ -227,21 +208,11 @@ def cycle_head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, Cell, Ce
     return (Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"), Cell(state))
 
 
-def _values(
-    run: ReportRun, cycle: Mapping[str, Any], columns: tuple[tuple[str, str, str], ...]
-) -> tuple[Cell, ...]:
+def _values(cycle: Mapping[str, Any], entries: Catalogue) -> tuple[Cell, ...]:
     expanded = cycle.get("expanded_uncertainty") or {}
-    cells = []
-    for _, _, name in columns:
-        why = why_missing(run, cycle, name)
-        if name in _WITH_U and usable(expanded.get(name)) is not None:
-            cells.append(measured_cell(cycle.get(name), expanded[name], why))
-        else:
-            cells.append(quantity_cell(name, cycle.get(name), why))
-    return tuple(cells)
-
-
-def _temperatures(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, ...]:
-    reading = cycle.get("temperature_C") or {}
-    why = why_missing(run, cycle, "temperature_C")
-    return tuple(quantity_cell("temperature_C", reading.get(key), why) for key in ("start", "max"))
+    return tuple(
+        measured_cell(cycle.get(entry.name), expanded[entry.name], _why_missing(cycle, entry.name))
+        if entry.shown.main and usable(expanded.get(entry.name)) is not None
+        else value_cell(entry, cycle)
+        for entry in entries
+    )

@@ -7,16 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
+from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
 from bufferstand.evaluation.report.numbers import measured_cell, quantity_cell, significant, usable
 from bufferstand.evaluation.report.source import Source
 from bufferstand.evaluation.report.unnumbered import Unnumbered
-
-_QUANTITIES = (
-    ("damping", "Damping (absorbed over stored energy)", "–", damping_trend),
-    ("tangent_stiffness", "Tangent stiffness of the loading branch at mean stroke", "kN/mm", stiffness_trend),
-)
 
 
 def runs_of_trend(source: Source, trend: Mapping[str, Any]) -> list[int]:
@@ -28,8 +24,11 @@ def runs_of_trend(source: Source, trend: Mapping[str, Any]) -> list[int]:
 def trend_pictures(source: Source) -> list[Unnumbered]:
     """Return one figure a quantity with all its series, where there are any."""
     pictures = []
-    for quantity, words, unit, build in _QUANTITIES:
-        trends = [trend for trend in source.document.get("trends") or [] if trend.get("quantity") == quantity]
+    for entry in QUANTITIES.that(lambda entry: entry.shown.trend):
+        trended, unit = entry.trended, entry.printed_unit
+        words = trended.caption
+        every = source.document.get("trends") or []
+        trends = [trend for trend in every if trend.get("quantity") == trended.name]
         series = [(trend, one) for trend in trends if (one := _series(trend)) is not None]
         if not series:
             continue
@@ -45,7 +44,7 @@ def trend_pictures(source: Source) -> list[Unnumbered]:
                 + " ".join(_sentence(warning) for warning in warnings),
                 alt=f"{words} of {len(series)} series over frequency. "
                 + " ".join(f"{one.label}: {_slope_text(trend, unit)}." for trend, one in series),
-                plot=build([one for _, one in series]),
+                plot=trend_plot([one for _, one in series], trended.axis),
                 numbers=_numbers(source, [trend for trend, _ in series], words, unit),
             )
         )

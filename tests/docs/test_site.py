@@ -12,6 +12,7 @@ import pytest
 from bufferstand.cli.main import COMMANDS, SECTIONS
 from tests.docs.bounds_page import page as bounds_page
 from tests.docs.commands_page import page
+from tests.docs.symbols_page import page as symbols_page
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -45,6 +46,12 @@ def test_the_page_of_commands_is_their_own_help() -> None:
 def test_the_page_of_bounds_is_that_of_the_schemas() -> None:
     assert (DOCS / "bounds.md").read_text(encoding="utf-8") == bounds_page(), (
         "run: python -m tests.docs.bounds_page > docs/bounds.md"
+    )
+
+
+def test_the_page_of_symbols_is_that_of_the_catalogue() -> None:
+    assert (DOCS / "symbols.md").read_text(encoding="utf-8") == symbols_page(), (
+        "run: python -m tests.docs.symbols_page"
     )
 
 

@@ -11,9 +11,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.budget import QUANTITIES
 from bufferstand.evaluation.budget_lines import Budget, budget_entry
 from bufferstand.evaluation.document import run_entry
+from bufferstand.evaluation.every_quantity import MAIN
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
 from bufferstand.evaluation.run import evaluate_run
@@ -69,7 +69,7 @@ def of(run: RunEvaluation, name: str) -> Budget:
 
 
 @every_run
-@pytest.mark.parametrize("name", QUANTITIES)
+@pytest.mark.parametrize("name", MAIN.names)
 def test_agrees_with_the_monte_carlo_propagation(run: RunEvaluation, name: str) -> None:
     budget = of(run, name)
     assert budget.u_monte_carlo is not None
@@ -79,7 +79,7 @@ def test_agrees_with_the_monte_carlo_propagation(run: RunEvaluation, name: str) 
 
 @every_run
 def test_contributions_add_up(run: RunEvaluation) -> None:
-    assert [b.quantity for b in run.budget] == list(QUANTITIES)
+    assert [b.quantity for b in run.budget] == list(MAIN.names)
     for budget in run.budget:
         total = math.sqrt(sum(line.contribution**2 for line in budget.lines))
         assert total == pytest.approx(budget.u, rel=1e-9)
@@ -146,7 +146,7 @@ def test_degrees_of_freedom() -> None:
 def test_in_the_document() -> None:
     entry = json.loads(json.dumps(run_entry(made("static")), allow_nan=False))
     assert entry["budget"] == json.loads(json.dumps(budget_entry(made("static").budget)))
-    assert [b["quantity"] for b in entry["budget"]] == list(QUANTITIES)
+    assert [b["quantity"] for b in entry["budget"]] == list(MAIN.names)
     assert {line["source"] for line in entry["budget"][0]["sources"]} >= {
         "force: scale (class)",
         "force: zero",

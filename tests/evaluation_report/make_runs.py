@@ -260,6 +260,7 @@ def cycles_of(made: Made) -> list[dict[str, Any]]:
                 "stored_energy_J": 20_150.0,
                 "absorbed_energy_J": 20_150.0 * damping,
                 "damping": None if last_of_stopped else damping,
+                "missing": {"damping": "the cycle was cut off by the stop"} if last_of_stopped else {},
                 "tangent_stiffness_kN_per_mm": 5.7 + 0.1 * (made.frequency_Hz or 0.0),
                 "secant_stiffness_kN_per_mm": 5.6,
                 "dynamic_stiffness_kN_per_mm": None if made.frequency_Hz is None else 5.9,

@@ -17,7 +17,7 @@ from bufferstand.evaluation.figures.loops import (
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.figures.plot import Plot, Window
 from bufferstand.evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot, time_unit
-from bufferstand.evaluation.figures.trends import TrendSeries, damping_trend, stiffness_trend
+from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
 from tests.evaluation_report.conftest import Made
 
 
@@ -44,8 +44,8 @@ def plots() -> dict[str, Plot]:
         "dynamic": dynamic_loops([loop(20.0, 10.0), loop(50.0, 5.0)], loop()),
         "frequency": frequency_loops([loop(frequency=0.1), loop(frequency=1.0)], loop()),
         "amplitude": amplitude_loops([loop(amplitude=5.0), loop(amplitude=10.0)], None),
-        "damping": damping_trend([series]),
-        "stiffness": stiffness_trend([series]),
+        "damping": trend_plot([series], "Damping W$_a$/W$_s$ [–]"),
+        "stiffness": trend_plot([series], "Tangent stiffness [kN/mm]"),
         "temperature": temperature_plot([trace], steps, 40.0),
         "stroke": stroke_plot([trace], steps),
     }
@@ -160,14 +160,14 @@ def test_without_a_known_limit_no_limit_is_drawn() -> None:
 
 def test_a_flat_trend_looks_flat() -> None:
     f = np.array([0.1, 1.0])
-    plot = damping_trend([TrendSeries("a", f, np.array([0.230, 0.231]), np.zeros(2))])
+    plot = trend_plot([TrendSeries("a", f, np.array([0.230, 0.231]), np.zeros(2))], "Damping")
     assert plot.y_range is not None
     assert plot.y_range[1] - plot.y_range[0] > 0.04
 
 
 def test_a_trend_without_a_fit_has_points_only() -> None:
     f = np.array([0.1])
-    plot = damping_trend([TrendSeries("a", f, np.array([0.230]), np.zeros(1))])
+    plot = trend_plot([TrendSeries("a", f, np.array([0.230]), np.zeros(1))], "Damping")
     assert plot.fits == ()
     assert plot.points[0].label == "a"
 

@@ -184,6 +184,7 @@ const show = {
   runs(content) {
     $("results-panel").hidden = false; $("guards-panel").hidden = true; $("temperature-panel").hidden = true;
     put("evaluating", content.evaluating ? `Evaluating: ${content.runs.length} done …` : `${content.runs.length} runs${content.broken ? ", then the evaluation ended with a fault" : ""}. Values with expanded uncertainty (k = 2). Choose one to see its loop.`);
+    if (content.runs.length) headMeans(content.runs[0].columns);
     $("runs").replaceChildren(...content.runs.map(runRow));
     if (state.chosen === null && content.runs.length) choose(content.runs.length - 1);
   },
@@ -204,12 +205,20 @@ function value(entry, digits, factor = 1) {
   const u = entry.expanded_uncertainty;
   return u ? `${fixed(entry.value * factor, digits)} ± ${fixed(u * factor, digits)}` : fixed(entry.value * factor, digits);
 }
+function headMeans(columns) {
+  document.querySelectorAll("th.mean").forEach((heading) => heading.remove());
+  $("means-from").after(...columns.map((one) => {
+    const heading = make("th", "mean", one.unit ? `${one.heading} ` : one.heading);
+    if (one.unit) heading.append(make("i", "", one.unit));
+    return heading;
+  }));
+}
 function runRow(run, index) {
-  const row = make("tr", index === state.chosen ? "chosen" : ""), s = run.summary, x = run.extremes;
+  const row = make("tr", index === state.chosen ? "chosen" : ""), x = run.extremes;
   row.tabIndex = 0;
   const first = make("td", "", run.step || run.id);
   first.append(make("br"), make("small", "", run.problem ? run.problem : `${run.file.split("/").pop()} · ${run.status}`));
-  row.append(first, ...[run.verdict || "–", value(s.damping, 3), value(s.tangent_stiffness_kN_per_mm, 2), value(s.absorbed_energy_J, 0), value(x.force_max_kN, 1), value(x.stroke_max_mm, 1), value(x.temperature_max_C, 1)].map((text) => make("td", "", text)));
+  row.append(first, ...[run.verdict || "–", ...run.columns.map((one) => value(run.summary[one.name], one.decimals)), value(x.force_max_kN, 1), value(x.stroke_max_mm, 1), value(x.temperature_max_C, 1)].map((text) => make("td", "", text)));
   row.addEventListener("click", () => choose(index));
   row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
   return row;
