@@ -35,9 +35,8 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
     settings: ClassVar = ("guards.force_against_model_factor", "guards.action.wiring")
     facts_as: ClassVar[Literal["list", "one", "none"]] = "one"
     docs: ClassVar = ("`wiring of …`",)
-    turn: ClassVar = 40
+    turn: ClassVar = 40  # before the limits: it says more of a wrong sign than the limit that it breaks
     remembers: ClassVar = WiringWatch
-    """Before the limits: it says more of a wrong sign than the limit that it breaks."""
 
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.foundation.errors import BadInput
 from bufferstand.protocols.guard_bounds import kept_text
 from tests.bounds.files import Files, Table, base_campaign, base_stand, guards_of, with_key
@@ -210,6 +211,6 @@ def test_a_stand_whose_scale_switches_a_guard_off_is_refused(
 def test_what_bounds_a_setting_bounds_the_guard_that_is_made_of_it(tmp_path: Path) -> None:
     campaign = with_key(base_campaign(), ("limits", "force_trip_kN"), 630.0)
     guards = guards_of(Files(tmp_path).prepare(campaign=campaign))
-    force = next(one for one in guards.channels if one.name == "force")
+    force = next(one for one in guards.of(ChannelGuard) if one.name == "force")
     assert force.upper is not None
     assert math.isclose(force.upper, 630.0)

@@ -9,6 +9,9 @@ from click.testing import CliRunner
 
 from bufferstand.cli.commands.plan import command
 from bufferstand.cli.main import main
+from bufferstand.daq.agreement_guard import AgreementGuard
+from bufferstand.daq.controller_guard import ControllerGuard
+from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation.errors import BadInput
@@ -145,10 +148,10 @@ def test_what_is_said_is_what_the_guards_are(tmp_path: Path) -> None:
         )
         prepared = files.prepare(stand=stand, campaign=None if seen else consent())
         guards, said = guards_of(prepared), "\n".join(unguarded(prepared.plan, prepared.stand_file))
-        stops = [one for one in guards.temperatures if one.stop_C is not None]
+        stops = [one for one in guards.of(TemperatureGuard) if one.stop_C is not None]
         assert ("no temperature stop" in said) == (not stops)
-        assert ("no second force" in said) == (guards.agreement is None)
-        assert ("no sample ring" in said) == (not guards.controller.own_clock)
+        assert ("no second force" in said) == (not guards.of(AgreementGuard))
+        assert ("no sample ring" in said) == (not guards.of(ControllerGuard)[0].own_clock)
         assert ("no controller lock" in said) == (stand["controller"]["profile"] == "polling")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import replace
 
 import pytest
 
@@ -74,7 +73,7 @@ def test_a_guard_that_trips_between_two_requests_ends_the_command() -> None:
     bench.driver.wait(0.2)
     calm = bench.acquisition.latest.values["force"]
     guard = ChannelGuard("force", "force", calm + 50.0, None, "kN", "force", Action.STOP)
-    bench.panel.change(replace(bench.guards, channels=(guard,)))
+    bench.panel.change(GuardSet(bench.guards, guard))
     before = bench.controller.start
 
     def pushed(motion: ControllerMotion, *, hurry: bool = False) -> int:

@@ -8,12 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bufferstand.daq.channel_guard import ChannelGuard
+from bufferstand.daq.frozen_guard import FrozenGuard
 from bufferstand.daq.guards import Action
-from bufferstand.daq.panel import GuardPanel
+from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.facts import WiringGuard
 from bufferstand.daq.wiring.leapt_force import leapt
 from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring_guard import SignalsGuard
 from bufferstand.drivers.interfaces import EndReason, MotionState
 from tests.daq.test_guard_table import STATUS, panel
 from tests.daq.wiring_bench import Case, signals_of
@@ -76,7 +79,8 @@ def test_a_specimen_that_blocks_or_breaks_leaps_by_no_more(
 def tripped(stretch: Stretch, action: Action = Action.STOP) -> GuardPanel:
     """Return a panel that has seen a stretch, and then a limit of the device's own."""
     own = panel()
-    own.change(replace(own.guards, channels=(), frozen=(), wiring=replace(GUARD, action=action)))
+    others = (one for one in own.guards if not isinstance(one, ChannelGuard | FrozenGuard))
+    own.change(GuardSet(others, SignalsGuard(**vars(replace(GUARD, action=action)))))
     own.judge(STATUS, 0.0, 0.0)
     streams = {"controller": (stretch.time_s, stretch.values)}
     if len(stretch.second_s):
