@@ -127,6 +127,7 @@ SLOW = (
     "tests/model_export/test_fmu.py",
     "tests/model_export/test_library.py",
     "tests/model_export/test_tables.py",
+    "tests/monitor/test_browser.py",
     "tests/peers/",
     "tests/public_records/",
     "tests/two_programs/",

@@ -92,7 +92,6 @@ INK = """() => {
 }"""
 
 
-@pytest.mark.slow
 def test_the_loop_is_drawn_and_moves_and_nothing_foreign_is_asked_for(browser: Any, page: Page) -> None:
     with Tab(browser, f"{page.origin}/#{TOKENS.view}") as it:
         it.drawn()
@@ -150,7 +149,6 @@ def test_the_step_that_runs_says_what_is_asked_commanded_and_reached(browser: An
         assert it.complaints == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_works_on_a_phone(browser: Any, page: Page, scheme: str) -> None:
     with Tab(browser, f"{page.origin}/#{TOKENS.control}", color_scheme=scheme, **PHONE) as it:
@@ -167,7 +165,6 @@ def test_it_works_on_a_phone(browser: Any, page: Page, scheme: str) -> None:
         assert it.complaints == []
 
 
-@pytest.mark.slow
 def test_a_page_that_may_only_look_shows_no_buttons_and_a_wrong_token_opens_nothing(
     browser: Any, page: Page, campaign: Running
 ) -> None:
@@ -234,7 +231,6 @@ def test_a_note_is_written_from_the_page(browser: Any, page: Page, campaign: Run
         assert "monitor: Ada at this computer" in it.tab.inner_text("#notes")
 
 
-@pytest.mark.slow
 def test_lost_connection_and_old_data_are_said(browser: Any, campaign: Running) -> None:
     with served(campaign.case.out) as page, Tab(browser, f"{page.origin}/#{TOKENS.view}") as it:
         it.drawn()
@@ -300,7 +296,6 @@ def stopped_s(path: Path) -> float:
     return datetime.fromisoformat(anchor.utc).timestamp() + offset_s
 
 
-@pytest.mark.slow
 def test_the_stop_button_stops_the_simulated_stand_within_a_second(browser: Any, tmp_path: Path) -> None:
     """From the click to the controller's held set point, in the stand's own samples, at its real speed.
 

@@ -138,6 +138,7 @@ def test_a_sample_in_a_thousand_costs_no_cycle_at_length(shape: Shape, samples: 
     assert_holds(tally, samples, noise)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "share", [0.05, 0.2, *(pytest.param(share, marks=pytest.mark.long) for share in (0.02, 0.09))]
 )
