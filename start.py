@@ -2,7 +2,7 @@
 """Set bufferstand up in ``.venv`` beside this file and run it. Needs only Python 3.11+ with pip.
 
     python3 start.py demo          the main job on the simulated stand
-    python3 start.py test [...]    every test (further words go to pytest)
+    python3 start.py test [...]    every test (further words go to pytest); --fast: those of two minutes
     python3 start.py check         lint, types and the layering of the house
     python3 start.py run ARGS...   any other bufferstand command, e.g. run plan sample_runs/demo.toml
     python3 start.py setup         only set up
@@ -119,22 +119,22 @@ def check() -> int:
 
 
 def test(arguments: list[str]) -> int:
-    """Run every test, or those that pytest is told to; return the first status that is not 0.
+    """Run every test, the fast, the slow or the told ones; return the first status that is not 0.
 
     One more at a time than there are processors, since those on real wires wait more than they reckon; a file
     of the main job (its tests share a campaign) on one worker; then, alone, those that keep it busy.
     """
-    if any(argument != "--long" for argument in arguments):
+    lanes = {"--fast", "--slow", "--long"}
+    if any(argument not in lanes and not argument.startswith("--cov") for argument in arguments):
         return run("-m", "pytest", *arguments, folder=ROOT)
     workers = str(min(4, os.cpu_count() or 1) + 1)
     timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
-    if not arguments:
+    if "--long" not in arguments:
         timed += HANGS
-    parts = (
-        # Behind a worker that died and was replaced, a run that hands out by groups never ends.
-        ["-n", workers, "--max-worker-restart=0", f"--ignore={BUSY}"],
-        [BUSY],
-    )
+    # Behind a worker that died and was replaced, a run that hands out by groups never ends.
+    parts = [["-n", workers, "--max-worker-restart=0", f"--ignore={BUSY}"]]
+    if "--fast" not in arguments:
+        parts.append([BUSY])
     status = 0
     for part in parts:
         status = status or run("-m", "pytest", *timed, *part, folder=ROOT)

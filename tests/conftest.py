@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 from typing import Any
 
 # Before numpy is loaded: its threads wait for each other by spinning, and take the cores from what is tested.
@@ -13,6 +14,8 @@ import matplotlib as mpl
 import pytest
 from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
+
+from tests.slow import SLOW
 
 mpl.use("Agg")
 
@@ -32,13 +35,31 @@ settings.load_profile("bufferstand")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="also run the long studies")
+    parser.addoption("--fast", action="store_true", help="run what is not marked slow")
+    parser.addoption("--slow", action="store_true", help="run what --fast leaves out")
     parser.addoption(
         "--hardware", metavar="STAND.toml", help="run the contracts on this real stand, and no other test"
     )
     parser.addoption("--yes-move", metavar="STAND", help="its id: confirm every motion of it beforehand")
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Do not even import files that are slow as wholes: that alone takes half of the fast lane's time."""
+    place = collection_path.relative_to(ROOT).as_posix()
+    if collection_path.is_dir():
+        place += "/"
+    return True if config.getoption("--fast") and place in SLOW else None
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.nodeid.startswith(SLOW):
+            item.add_marker(pytest.mark.slow)
+    if config.getoption("--fast") or config.getoption("--slow"):
+        slow = [item for item in items if item.get_closest_marker("slow")]
+        fast = [item for item in items if not item.get_closest_marker("slow")]
+        items[:], others = (fast, slow) if config.getoption("--fast") else (slow, fast)
+        config.hook.pytest_deselected(items=others)
     if config.getoption(
         "--hardware"
     ):  # its operator is to be asked at once, not after minutes of simulations
@@ -53,6 +74,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
                     item.add_marker(skip)
 
 
+ROOT = Path(__file__).resolve().parents[1]
 SHARED_FILES = (
     "tests/main_job/",
     "tests/cli/test_model_paper.py",

@@ -19,6 +19,7 @@ RUNS = ROOT / "sample_runs" / "runs"
 PAGE = (ROOT / "docs" / "python-api.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_every_name_of_the_list_is_there_documented_and_on_the_page() -> None:
     assert bs.__all__ == sorted(bs.__all__)
     for name in bs.__all__:
@@ -52,6 +53,7 @@ def test_an_unknown_name_is_no_attribute() -> None:
         bs.evaluat  # noqa: B018
 
 
+@pytest.mark.slow
 def test_the_import_loads_nothing_until_something_is_used() -> None:
     code = (
         "import sys, bufferstand as bs; before = set(sys.modules); "
@@ -82,6 +84,7 @@ def test_a_report_is_written(tmp_path: Path) -> None:
         bs.write_report([], tmp_path)
 
 
+@pytest.mark.slow
 def test_a_model_is_fitted_saved_read_and_simulated(tmp_path: Path) -> None:
     found = bs.fit_model([RUNS / "001-static-5mm_s.h5"])
     bs.save_model(found.model, tmp_path / "spring.toml")
@@ -101,6 +104,7 @@ def test_a_campaign_is_planned_and_asks_for_the_specimen_before_it_moves_a_real_
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_campaign_is_run_on_a_simulated_stand(tmp_path: Path) -> None:
     folder = tmp_path / "lab"
     folder.mkdir()

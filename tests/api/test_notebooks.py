@@ -44,6 +44,7 @@ def test_there_are_some_and_they_carry_no_outputs() -> None:
                 assert cell.execution_count is None
 
 
+@pytest.mark.slow
 def test_the_first_look(monkeypatch: pytest.MonkeyPatch) -> None:
     done = executed(ROOT / "docs" / "notebooks" / "first-look.ipynb", monkeypatch)
     said = texts(done)

@@ -23,6 +23,7 @@ RUN = RUNS / "004-harmonic-20mm-20mm-0.637Hz.h5"
 PAGE = ROOT / "docs" / "python-api.md"
 
 
+@pytest.mark.slow
 def test_the_page_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(ROOT / "sample_runs", tmp_path / "sample_runs")
     monkeypatch.chdir(tmp_path)

@@ -137,6 +137,7 @@ def test_another_serial_number_is_refused_without_consent(
     assert accepted_serial(taken) == "4712"
 
 
+@pytest.mark.slow
 def test_other_differences_are_recorded_where_nobody_can_be_asked(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -153,6 +154,7 @@ def test_other_differences_are_recorded_where_nobody_can_be_asked(
     assert "sha256 aa → ring edition 3 sha256 bb" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("look", "served"), [(Look(WAS, simulated=True), False), (Look(WAS, simulated=False), True)]
 )
@@ -163,6 +165,7 @@ def test_a_simulated_stand_at_the_real_one_s_address_is_refused_before_anything_
         changes(monkeypatch, lab, look, served=served)
 
 
+@pytest.mark.slow
 def test_a_real_stand_where_a_served_one_was_is_refused(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
     known = Begun(simulate=False, simulated=True, controller=asdict(WAS), software=software_version())
     with pytest.raises(BadInput, match=r"a real stand answers .* was begun on a simulated one"):
@@ -170,6 +173,7 @@ def test_a_real_stand_where_a_served_one_was_is_refused(lab: Lab, monkeypatch: p
     assert changes(monkeypatch, lab, Look(OTHER, simulated=True), known=known) == (), "its serial is a seed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("answer", "look", "question", "accepted"),
     [

@@ -46,6 +46,7 @@ def test_a_reader_that_has_gone_is_no_failure(arguments: list[str]) -> None:
         assert (process.stderr.read(), process.wait()) == (b"", 0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
 @pytest.mark.parametrize("arguments", [["plan", "--help"], ["runs", "sample_runs/runs", "--json", "-"]])
 def test_an_output_that_takes_no_more_is_said_in_one_line(arguments: list[str]) -> None:

@@ -26,6 +26,7 @@ def piston(
     return time[3 * period : 4 * period], position[3 * period : 4 * period]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reversal_s", [0.0, 0.01, 0.03, 0.05])
 @pytest.mark.parametrize(
     ("frequency_Hz", "amplitude_mm"), [(2.5, 5.0), (2.5, 15.0), (1.0, 10.0), (0.5, 10.0)]

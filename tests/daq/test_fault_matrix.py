@@ -163,6 +163,7 @@ TARGETS = {
 """By class of the injector: what of it the matrix strikes."""
 
 
+@pytest.mark.slow
 def test_the_matrix_has_every_fault_of_the_injector() -> None:
     """A class, a target or a fault that the injector gets fails here until the matrix knows it."""
     assert INJECTED.keys() == TARGETS.keys()

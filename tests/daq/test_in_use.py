@@ -68,6 +68,7 @@ def test_who_gives_commands_is_named(tmp_path: Path) -> None:
     assert set(case.controller.calls) <= {"connect", "seen_writer", "status", "close"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("writer", [None, 0])
 def test_a_hold_without_force_that_nobody_commands_is_no_obstacle(tmp_path: Path, writer: int | None) -> None:
     case = Case(tmp_path, orders=Orders(writer=writer))
@@ -115,6 +116,7 @@ def start_over(
     return run_campaign(plan, stand, clock, folder / "out", facts_of(stand_file))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROFILES)
 def test_the_sine_of_a_program_that_was_killed_runs_on_untouched(tmp_path: Path, name: str) -> None:
     _, stand_file = sample_plan(campaign(tmp_path, SHORT))

@@ -12,6 +12,7 @@ from tests.daq.killing import Tally, kill
 LANES = 3
 
 
+@pytest.mark.slow
 def test_a_campaign_survives_being_killed(tmp_path: Path) -> None:
     tally = kill(tmp_path, kills=2, seed=3, steps=3, per_campaign=2)
     assert tally.kills == 2

@@ -181,6 +181,7 @@ def test_a_tenth_is_seen_in_cycles_that_pass_through_zero() -> None:
     assert said[0] < 2.5
 
 
+@pytest.mark.slow
 def test_22_s_without_a_reading_are_noted_in_the_run_and_shown(tmp_path: Path) -> None:
     fault = ScheduledFault("controller", "nan", 5.0, 27.0, settings={"register": "force"})
     outcome, _, shown = run_in_process(tmp_path, GENTLE, faults=[fault])
@@ -195,6 +196,7 @@ def test_22_s_without_a_reading_are_noted_in_the_run_and_shown(tmp_path: Path) -
     assert outcome.safe_stop.force_source.startswith("channel force")
 
 
+@pytest.mark.slow
 def test_nothing_is_switched_on_whose_own_force_is_no_number(tmp_path: Path) -> None:
     fault = ScheduledFault("controller", "nan", 0.0, settings={"register": "force"})
     outcome, opened, _ = run_in_process(tmp_path, GENTLE, faults=[fault])
@@ -204,6 +206,7 @@ def test_nothing_is_switched_on_whose_own_force_is_no_number(tmp_path: Path) -> 
     assert opened.device.controller.echo_sequence == 0
 
 
+@pytest.mark.slow
 def test_the_simulated_controller_itself_refuses(tmp_path: Path) -> None:
     _, stand_file = sample_plan(campaign(tmp_path, GENTLE))
     opened = open_in_process(

@@ -120,6 +120,7 @@ def comes_to_rest(served: StandFile) -> None:
         onlooker.close()
 
 
+@pytest.mark.slow
 def test_a_wire_that_is_silent_then_reset_is_ridden_out(served: StandFile, tmp_path: Path) -> None:
     outcome, lines, _ = run_over(served, tmp_path, [(0.7, "drop", 0.9), (1.5, "reset", 0.5)], steps=1)
     whole(outcome)

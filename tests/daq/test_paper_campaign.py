@@ -32,6 +32,7 @@ def test_the_papers_grid_takes_less_than_two_minutes_and_the_planners_order_wins
     print(f"{soonest.stand_s:.0f} s of {given.stand_s:.0f} s: {measured:.0%} less (planned {reported:.0%})")
 
 
+@pytest.mark.slow
 def test_the_margin_is_said_by_the_plan() -> None:
     plan, _ = sample_plan(SAMPLES / "paper-full.toml")
     assert plan.ordering is not None

@@ -104,6 +104,7 @@ def test_an_expired_calibration_is_said_at_the_start_and_in_every_run(tmp_path: 
     assert expired_calibrations(case.stand, date(2020, 2, 1)) == [text]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1, 7, 100])
 def test_guards_see_the_same_values_as_the_evaluation(size: int) -> None:
     """Raw counts and calibration in the run file give what the guards saw, to the bit."""
@@ -136,6 +137,7 @@ def test_guards_see_the_same_values_as_the_evaluation(size: int) -> None:
         assert np.array_equal(online, recorded.calibration.apply(counts))
 
 
+@pytest.mark.slow
 def test_the_tilt_that_the_stand_file_allows_is_the_guards(tmp_path: Path) -> None:
     case = Case(tmp_path)
     facts = replace(CAMPAIGN_FACTS, stand={"stand": {"id": "fake", "tilt_max_mm": 0.8}})

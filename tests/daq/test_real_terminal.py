@@ -44,6 +44,7 @@ def statuses(out: Path) -> Mapping[str, str]:
     return {step.name: step.status for step in record.steps}
 
 
+@pytest.mark.slow
 def test_keys_in_a_real_terminal_and_what_it_shows(tmp_path: Path) -> None:
     path, out = campaign(tmp_path, LONG), tmp_path / "out"
     with running(path, out) as terminal:
@@ -93,6 +94,7 @@ def test_the_other_keys_stop_it_too(tmp_path: Path, key: str, reason: str, left:
     assert statuses(out) == {"20 ± 5 mm, 2 Hz": first, "20 ± 5 mm, 1.5 Hz": left}
 
 
+@pytest.mark.slow
 def test_without_a_terminal_it_is_a_plain_log(tmp_path: Path) -> None:
     path, out = campaign(tmp_path, SHORT), tmp_path / "out"
     command = [

@@ -51,6 +51,7 @@ def test_what_shows_no_position_ends_nothing() -> None:
     assert math.isnan(ended_mm(np.full(100, 9.0), np.full(100, math.nan), None))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrongly", [{"zero": 3.0, "from_s": 14.0}, {"frozen_at_s": 14.0}])
 def test_a_campaigns_release_on_a_force_that_never_falls_ends_soon(
     tmp_path: Path, wrongly: dict[str, float]

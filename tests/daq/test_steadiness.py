@@ -38,6 +38,7 @@ def test_an_ellipse_has_the_damping_and_stiffness_of_its_closed_form() -> None:
     assert np.isnan(last_cycle(time_s[:300], stroke[:300], force[:300])).all()
 
 
+@pytest.mark.slow
 def test_a_step_ends_when_its_cycles_have_settled_and_is_complete(tmp_path: Path) -> None:
     outcome, opened, _ = run(tmp_path, SETTLING.replace("DAMPING", "20.0"))
     assert (outcome.status, outcome.exit_status) == ("complete", 0), outcome.reason
@@ -51,6 +52,7 @@ def test_a_step_ends_when_its_cycles_have_settled_and_is_complete(tmp_path: Path
     assert not opened.device.controller.valve_on
 
 
+@pytest.mark.slow
 def test_a_step_that_does_not_settle_ends_after_its_most_cycles(tmp_path: Path) -> None:
     outcome, _, _ = run(tmp_path, SETTLING.replace("DAMPING", "0.001"))
     assert outcome.status == "complete"

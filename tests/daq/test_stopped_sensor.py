@@ -50,6 +50,7 @@ def test_one_that_lags_by_minutes_is_named_within_five(lag_s: float) -> None:
     assert at_s - FREEZES_S < 300.0
 
 
+@pytest.mark.slow
 def test_sixty_right_ones_at_random_are_not_doubted() -> None:
     assert right_alarms(RIGHT) == []
 
@@ -59,6 +60,7 @@ def test_two_thousand_right_ones_at_random_are_not_doubted() -> None:
     assert right_alarms(range(2000)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cools_s", [600.0, 1000.0, 3000.0])
 @pytest.mark.parametrize("stated_times", [0.6, 1.6, None])
 def test_a_specimen_whose_losses_equal_its_heat_is_not_doubted(
@@ -94,6 +96,7 @@ def test_a_stand_in_virtual_time_names_it_with_its_facts(seconds: float) -> None
     assert verdict.at_s - 100.0 < 60.0 + 4.0 * seconds
 
 
+@pytest.mark.slow
 def test_a_campaign_ends_with_its_sensor_and_it_is_data_of_the_run(tmp_path: Path) -> None:
     ran = run_stand(tmp_path, miswired=STOPPED, steps=WAVEFORM)
     assert ran.outcome.exit_status == 4, ran.outcome.reason

@@ -17,6 +17,7 @@ from tests.docs.symbols_page import page as symbols_page
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
+@pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
     options = ["-q", "-W", "-b", "html", "-d", tmp_path / "cache"]
     built = subprocess.run(

@@ -202,6 +202,7 @@ def test_calibrations_and_clones(wires: Wires) -> None:
     assert "a clone" in row(rows, "temperature_3", "rom").remark
 
 
+@pytest.mark.slow
 def test_an_opened_stand_reads_everything_and_can_be_closed_twice(wires: Wires) -> None:
     wires.device.sample(10)
     stand = open_stand(wires.stand_file, WallClock())
@@ -217,6 +218,7 @@ def test_an_opened_stand_reads_everything_and_can_be_closed_twice(wires: Wires) 
     assert not [thread for thread in threading.enumerate() if thread.name in {"amplifier", "1-wire"}]
 
 
+@pytest.mark.slow
 def test_a_stand_that_does_not_open_leaves_nothing_open(wires: Wires) -> None:
     broken = with_endpoints(wires.stand_file, Endpoints(w1_root=wires.root / "nowhere"))
     with pytest.raises(DeviceFault, match="there is no folder"):

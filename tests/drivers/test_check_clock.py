@@ -127,6 +127,7 @@ def test_a_wrong_unit_id_is_found(tmp_path: Path) -> None:
     assert "it answers with device_id = 3, by this profile: write that into the stand file" in remark
 
 
+@pytest.mark.slow
 def test_words_in_the_other_order_are_told(profile: Profile) -> None:
     device = RingDevice(profile)
     read = device.read
@@ -144,6 +145,7 @@ def test_words_in_the_other_order_are_told(profile: Profile) -> None:
     assert "its 32-bit values come with the other word first: the profile says word_order" in remark
 
 
+@pytest.mark.slow
 def test_nobody_listens_at_the_port(profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
@@ -152,11 +154,13 @@ def test_nobody_listens_at_the_port(profile: Profile) -> None:
     assert "host and port of the stand file right" in remark
 
 
+@pytest.mark.slow
 def test_a_refusal_that_is_no_gateways_asks_nobody_else() -> None:
     fault = DeviceFault("controller at x: register device_type holds 0x1 instead of 0x4253")
     assert controller_hint(fault, at(1)) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lost", "verdict"), [(0, Verdict.OK), (4, Verdict.NOTE), (40, Verdict.FAULT)])
 @pytest.mark.parametrize("counted", [True, False])
 def test_polls_left_out_are_a_note_until_they_are_many(lost: int, verdict: Verdict, counted: bool) -> None:
@@ -170,6 +174,7 @@ def test_polls_left_out_are_a_note_until_they_are_many(lost: int, verdict: Verdi
     assert sample_rate_row(seen, 100.0, polled=False).verdict is (Verdict.FAULT if lost else Verdict.OK)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("late_s", "verdict"), [((0.0, 0.0), Verdict.FAULT), ((0.01, 0.07), Verdict.OK)])
 def test_samples_that_a_busy_computer_receives_late_make_no_wrong_rate(
     late_s: tuple[float, float], verdict: Verdict
@@ -182,6 +187,7 @@ def test_samples_that_a_busy_computer_receives_late_make_no_wrong_rate(
     assert sample_rate_row(slower, 1000.0, polled=False).verdict is Verdict.FAULT
 
 
+@pytest.mark.slow
 def test_a_wrong_baud_rate_is_found(monkeypatch: pytest.MonkeyPatch, profile: Profile) -> None:
     """A pseudo-terminal has no rate, so the line is played: only at 9600 baud somebody answers."""
 

@@ -109,6 +109,7 @@ def test_the_interval_is_that_of_the_linear_program(there: str, back: str, seed:
         assert found == pytest.approx(sign * float(solved.fun or 0.0), abs=0.01)
 
 
+@pytest.mark.slow
 def test_more_readings_never_know_less() -> None:
     middle_s, trip_s, ticks = readings(20.0, "bursts", "busy", 3, count=400)
     before = np.inf
@@ -120,6 +121,7 @@ def test_more_readings_never_know_less() -> None:
         before = drift.expanded_ppm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scan_s", [2e-3, 5e-3, 2e-2])
 def test_a_register_that_is_written_once_in_a_scan(scan_s: float) -> None:
     """Its reading may be older than the request, which no line explains: that is told, and in the bounds."""
@@ -132,6 +134,7 @@ def test_a_register_that_is_written_once_in_a_scan(scan_s: float) -> None:
         assert ("ms old when it is read" in row.remark) == (drift.slack_s > OLD_S)
 
 
+@pytest.mark.slow
 def test_a_clock_that_jumps_is_no_drift() -> None:
     middle_s, trip_s, ticks = readings(20.0, "idle", "idle", 1)
     ticks = ticks[:60] + [(tick + 800_000) % (1 << 32) for tick in ticks[60:]]
@@ -143,6 +146,7 @@ def test_a_clock_that_jumps_is_no_drift() -> None:
     assert UNEVEN_S < drift.slack_s <= 0.4
 
 
+@pytest.mark.slow
 def test_trips_of_no_duration() -> None:
     """As a virtual clock makes them: request, reading and reply at one moment."""
     middle_s = (np.arange(50) * 0.01).tolist()

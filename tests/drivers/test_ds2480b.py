@@ -315,6 +315,7 @@ def test_something_else_on_the_port_is_named(wired: Wired, reader: Ds2480bReader
         reader.check()
 
 
+@pytest.mark.slow
 def test_an_echo_on_the_port_is_no_adapter(tmp_path: Path) -> None:
     class Echo(Ds2480bDevice):
         def obey(self, data: bytes) -> bytes:
@@ -326,11 +327,13 @@ def test_an_echo_on_the_port_is_no_adapter(tmp_path: Path) -> None:
         adapter.begin()
 
 
+@pytest.mark.slow
 def test_no_port(tmp_path: Path) -> None:
     with pytest.raises(DeviceFault, match=r"nothing: cannot be opened .*; look whether the device is there"):
         Ds2480bReader(tmp_path / "nothing", WallClock()).check()
 
 
+@pytest.mark.slow
 def test_an_adapter_that_is_unplugged_and_plugged_in_again(wired: Wired) -> None:
     bus = Ds2480bBus(wired.path, temperature_settings(), WallClock())
     sensor_1 = bus.sensors[0]
@@ -349,6 +352,7 @@ def test_an_adapter_that_is_unplugged_and_plugged_in_again(wired: Wired) -> None
         sensor_1.close()
 
 
+@pytest.mark.slow
 def test_each_sensor_is_its_own_stream_with_name_and_place(wired: Wired) -> None:
     wired.sensors[1].state = "power-on"
     bus = Ds2480bBus(wired.path, temperature_settings(), WallClock())

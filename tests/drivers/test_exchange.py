@@ -362,6 +362,7 @@ class TestRing:
         got = np.concatenate([block.time_us for block in blocks])
         np.testing.assert_array_equal(got, np.arange(50) * 1000)
 
+    @pytest.mark.slow
     def test_without_a_crc_nothing_is_asked_ahead(self) -> None:
         """Only its ticks tell a torn block then, and they are looked at last."""
         profile = plain_ring()

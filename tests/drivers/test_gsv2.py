@@ -239,6 +239,7 @@ def test_a_line_that_goes_away_and_comes_back(tmp_path: Path) -> None:
         second.close()
 
 
+@pytest.mark.slow
 def test_zero_is_sent_only_when_asked(far: PtyAmplifier, amplifier: Gsv2Amplifier) -> None:
     with pytest.raises(DeviceFault, match="zero was not set, its port is not open"):
         amplifier.zero()

@@ -134,6 +134,7 @@ def test_every_wait_is_bounded(link: ModbusLink, server: RawServer) -> None:
     assert time.monotonic() - start_s < 30 * TIMEOUT_S  # two waits of one timeout; room for a busy machine
 
 
+@pytest.mark.slow
 def test_nobody_listens(profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
@@ -143,6 +144,7 @@ def test_nobody_listens(profile: Profile) -> None:
     link.close()
 
 
+@pytest.mark.slow
 def test_the_server_goes_away_and_comes_back(profile: Profile) -> None:
     device = RingDevice(profile)
     with raw_server(device) as server:
@@ -157,6 +159,7 @@ def test_the_server_goes_away_and_comes_back(profile: Profile) -> None:
     link.close()
 
 
+@pytest.mark.slow
 def test_close_is_followed_by_a_fresh_start(link: ModbusLink, server: RawServer) -> None:
     link.open()
     link.close()
@@ -176,6 +179,7 @@ def lose(link: ModbusLink, server: RawServer) -> None:
     assert link.is_lost
 
 
+@pytest.mark.slow
 def test_a_lost_wire_is_asked_once_a_time_until_it_answers(link: ModbusLink, server: RawServer) -> None:
     link.read(0, 2, "identity")
     lose(link, server)
@@ -194,6 +198,7 @@ def test_a_lost_wire_is_asked_once_a_time_until_it_answers(link: ModbusLink, ser
     assert link.read(0, 2, "identity") == [0x4253, 3], "twice again"
 
 
+@pytest.mark.slow
 def test_each_try_waits_a_little_longer_up_to_the_timeout(link: ModbusLink, server: RawServer) -> None:
     link.read(0, 2, "identity")
     lose(link, server)
@@ -206,6 +211,7 @@ def test_each_try_waits_a_little_longer_up_to_the_timeout(link: ModbusLink, serv
     assert waits[-1] <= TIMEOUT_S
 
 
+@pytest.mark.slow
 def test_a_refusal_is_an_answer_of_a_wire_that_was_lost(link: ModbusLink, server: RawServer) -> None:
     lose(link, server)
     server.replies = [servers.with_exception(2)]
@@ -214,6 +220,7 @@ def test_a_refusal_is_an_answer_of_a_wire_that_was_lost(link: ModbusLink, server
     assert not link.is_lost
 
 
+@pytest.mark.slow
 def test_a_stop_that_gets_no_reply_does_not_make_the_next_request_a_hurried_one(
     link: ModbusLink, server: RawServer
 ) -> None:
@@ -225,6 +232,7 @@ def test_a_stop_that_gets_no_reply_does_not_make_the_next_request_a_hurried_one(
     assert link.read(0, 2, "identity") == [0x4253, 3]
 
 
+@pytest.mark.slow
 def test_thousands_of_refused_connections_are_no_overflow() -> None:
     """As within minutes at a controller that is switched off: the wait for a reply is the timeout then."""
     with socket.socket() as closed:

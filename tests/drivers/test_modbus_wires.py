@@ -282,6 +282,7 @@ def test_before_a_read_a_lost_line_is_left_alone(lost_line: tuple[ModbusLink, Se
     link.close()
 
 
+@pytest.mark.slow
 def test_the_late_echo_of_a_feed_is_not_that_of_the_next(
     lost_line: tuple[ModbusLink, Settling, Script],
 ) -> None:

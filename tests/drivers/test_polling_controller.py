@@ -233,6 +233,7 @@ def test_a_cut_wire_is_a_fault_and_then_a_counted_gap(served: Served) -> None:
     assert lost == sequence - before[-1][0] - 1 > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -261,6 +262,7 @@ def test_a_broken_profile_is_refused(tmp_path: Path, old: str, new: str, message
         load_profile(str(path))
 
 
+@pytest.mark.slow
 def test_a_profile_has_a_ring_or_polls(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(TEXT[: TEXT.index("[poll]")], encoding="utf-8")

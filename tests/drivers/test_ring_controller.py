@@ -405,12 +405,14 @@ class TestCommands:
         assert controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0)) == 1
         assert [command["command_sequence"] for command in device.executed] == [1]
 
+    @pytest.mark.slow
     def test_numbering_goes_on_where_the_last_program_ended(
         self, controller: RingController, device: RingDevice
     ) -> None:
         device.set("echo_sequence", 65534)
         assert [controller.start(StandStill()) for _ in range(3)] == [65535, 1, 2]  # 0 means none
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e39])
     def test_what_is_no_number_is_not_sent(
         self, controller: RingController, server: servers.RawServer, bad: float
@@ -421,6 +423,7 @@ class TestCommands:
 
 
 class TestAtOnce:
+    @pytest.mark.slow
     def test_a_hold_goes_with_the_first_request_and_is_looked_at_afterwards(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
@@ -435,6 +438,7 @@ class TestAtOnce:
         assert [command["command_code"] for command in device.executed] == [1, 2, 1]
         assert device.executed[-1]["command_sequence"] == number
 
+    @pytest.mark.slow
     def test_so_does_a_release_in_a_hurry(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
@@ -445,6 +449,7 @@ class TestAtOnce:
         assert [request[0] for request in server.requests[before:]] == [16, 23, 3]
         assert (device.executed[-1]["command_code"], device.executed[-1]["speed"]) == (5, 20.0)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("how", ["refused", "armed only"])
     def test_a_controller_that_takes_no_command_in_one_request_is_known_before_anything_moves(
         self, controller: RingController, device: RingDevice, server: servers.RawServer, how: str
@@ -476,6 +481,7 @@ class TestAtOnce:
         assert [request[0] for request in server.requests[before:]] == [16, 6, 23, 3]
         assert device.executed[-1]["command_code"] == 1
 
+    @pytest.mark.slow
     def test_one_that_was_never_tried_is_told_in_two_requests_where_it_only_arms(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -489,6 +495,7 @@ class TestAtOnce:
         controller.start(StandStill())
         assert [command["command_code"] for command in device.executed] == [1]
 
+    @pytest.mark.slow
     def test_an_altered_hold_is_seen_afterwards_and_given_anew(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -510,6 +517,7 @@ class TestAtOnce:
         assert event.endswith("given anew")
         assert [command["command_code"] for command in device.executed] == [1, 1, 1]
 
+    @pytest.mark.slow
     def test_in_a_hurry_a_lost_reply_is_not_waited_for(
         self,
         controller: RingController,
@@ -529,6 +537,7 @@ class TestAtOnce:
 
 
 class TestLookingBetween:
+    @pytest.mark.slow
     def test_there_is_a_look_before_each_request_of_a_command_but_the_first_one_of_a_stop(
         self, controller: RingController, server: servers.RawServer
     ) -> None:
@@ -551,6 +560,7 @@ class TestLookingBetween:
         controller.start(RampTo(target_mm=10.0, speed_mm_per_s=5.0))
         assert at == [1, 2], "outside nobody looks"
 
+    @pytest.mark.slow
     def test_what_a_look_raises_ends_the_command_before_it_moves(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -568,6 +578,7 @@ class TestLookingBetween:
         controller.start(RampTo(target_mm=20.0, speed_mm_per_s=5.0))
         assert [command["target"] for command in device.executed] == [20.0]
 
+    @pytest.mark.slow
     def test_the_controllers_clock_is_kept_from_when_it_showed_that_it_had_taken_a_command(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -577,6 +588,7 @@ class TestLookingBetween:
 
 
 class TestReadyRelease:
+    @pytest.mark.slow
     def test_it_can_be_begun_as_soon_as_it_was_written_and_is_read_back_then(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
@@ -596,6 +608,7 @@ class TestReadyRelease:
         assert [request[0] for request in server.requests[before:]] == [6, 23, 3]
         assert [command["command_code"] for command in device.executed] == [2, 5]
 
+    @pytest.mark.slow
     def test_it_takes_one_write_and_one_look(
         self, controller: RingController, device: RingDevice, server: servers.RawServer
     ) -> None:
@@ -607,6 +620,7 @@ class TestReadyRelease:
         assert [request[0] for request in server.requests[before:]] == [6, 23]
         assert [command["command_code"] for command in device.executed] == [2, 5]
 
+    @pytest.mark.slow
     def test_another_speed_or_another_command_is_armed_as_ever(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -618,6 +632,7 @@ class TestReadyRelease:
         controller.start(Release(speed_mm_per_s=20.0))
         assert [command["command_code"] for command in device.executed] == [5, 1, 5]
 
+    @pytest.mark.slow
     def test_a_controller_that_has_dropped_it_is_told_anew(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -629,6 +644,7 @@ class TestReadyRelease:
 
 
 class TestSwitch:
+    @pytest.mark.slow
     def test_a_latched_fault_is_reset_and_told(self, controller: RingController, device: RingDevice) -> None:
         device.set("status_word", 0x0208)
         device.set("fault_code", 1)
@@ -638,6 +654,7 @@ class TestSwitch:
             "fault 1 (watchdog: no heartbeat from the computer) of the controller was reset"
         ]
 
+    @pytest.mark.slow
     def test_a_fault_is_reset_alone_and_the_valve_stays_off(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -651,6 +668,7 @@ class TestSwitch:
             "fault 2 (force limit of the device) of the controller was reset"
         ]
 
+    @pytest.mark.slow
     def test_no_fault_is_reset_under_force_or_with_the_valve_on(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -669,6 +687,7 @@ class TestSwitch:
                     switch()
         assert device.control_words == []
 
+    @pytest.mark.slow
     def test_a_fault_that_stays_is_named(self, controller: RingController, device: RingDevice) -> None:
         device.set("status_word", 0x0208)
         device.set("fault_code", 4)
@@ -680,6 +699,7 @@ class TestSwitch:
         assert "it is “fault” (status word 0x0208), fault 4 (actuator)" in str(caught.value)
         assert "look at emergency stop, interlocks and hydraulics" in str(caught.value)
 
+    @pytest.mark.slow
     def test_an_actuator_that_does_not_come_on_is_a_fault(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -687,6 +707,7 @@ class TestSwitch:
         with pytest.raises(DeviceFault, match="did not show “operation enabled” after control word 0x000F"):
             controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
 
+    @pytest.mark.slow
     def test_an_actuator_that_stays_on_is_a_fault(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -695,6 +716,7 @@ class TestSwitch:
         with pytest.raises(DeviceFault, match="did not show the actuator off after control word 0x0000"):
             controller.disable()
 
+    @pytest.mark.slow
     def test_limits_that_are_not_kept_are_a_fault(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -709,6 +731,7 @@ class TestSwitch:
             controller.enable(force_limit_kN=600.0, stroke_limit_mm=150.0, watchdog_ms=1000)
         assert device.control_words == []  # never switched on
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("changes", "message"),
         [
@@ -726,6 +749,7 @@ class TestSwitch:
             controller.enable(**(good | changes))  # type: ignore[arg-type]
         assert server.requests == []
 
+    @pytest.mark.slow
     def test_a_new_program_feeds_with_a_changed_value(
         self, controller: RingController, device: RingDevice
     ) -> None:
@@ -737,6 +761,7 @@ class TestSwitch:
         assert device.fed == [0]
 
 
+@pytest.mark.slow
 def test_the_pymodbustcp_server_refuses_a_full_window() -> None:
     """Why the shipped window is smaller: not every server grants FC23 its 125 registers."""
     profile = plain_ring()

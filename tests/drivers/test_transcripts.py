@@ -63,6 +63,7 @@ def test_a_transcript_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert Replay(pieces).problem == ""
 
 
+@pytest.mark.slow
 def test_a_live_session_becomes_a_transcript_that_can_be_replayed(tmp_path: Path) -> None:
     """Over RTU and a serial adapter, where the tap stands on pseudo-terminals."""
     text = SAMPLE_STAND.read_text(encoding="utf-8").replace("models/", f"{SAMPLE_STAND.parent}/models/", 1)
@@ -93,6 +94,7 @@ def test_a_live_session_becomes_a_transcript_that_can_be_replayed(tmp_path: Path
         assert replay.problem == ""
 
 
+@pytest.mark.slow
 def test_a_wire_that_cannot_be_tapped_is_left_to_the_drivers(tmp_path: Path) -> None:
     file = load_stand(SAMPLE_STAND)
     dead = with_endpoints(file, Endpoints(port=1, amplifier_port=tmp_path / "nothing"))

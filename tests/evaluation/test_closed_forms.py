@@ -78,6 +78,7 @@ def test_polynomial_branches(frequency: float, rate: float) -> None:
         assert q.tangent_stiffness_kN_per_mm == pytest.approx(2.0 + 1.6e-5 * 50.0**3, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", RATES)
 @pytest.mark.parametrize("frequency", FREQUENCIES)
 @pytest.mark.parametrize("shape", ["ellipse", "branches"])

@@ -60,6 +60,7 @@ def test_peak_of_a_single_event_is_not_averaged(kind: Kind) -> None:
     assert evaluate_run(record, RunFacts("one", kind), Options(draws=1)).record is record
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 5e-4])
 @pytest.mark.parametrize("rate_Hz", [400.0, 1000.0, 20_000.0])
 def test_a_sine_keeps_the_fewest_points(rate_Hz: float, noise: float) -> None:
@@ -128,6 +129,7 @@ def test_blocks_end_at_a_break() -> None:
     assert not any(c.complete for c in find_cycles(short) if c.start_s < gap[0] < c.end_s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per_cycle", [20, 300, 5000, 90_000])
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.3])
 @pytest.mark.parametrize("ripple_mm", [0.0, 1.5])

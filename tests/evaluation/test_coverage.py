@@ -111,6 +111,7 @@ STUDIES = {
 MAIN = ("harmonic, 1000", "static, 1000")
 
 
+@pytest.mark.slow
 def test_a_dose() -> None:
     """60 records of both kinds, 1560 intervals of the 13 figures.
 
@@ -140,6 +141,7 @@ def test_the_whole_study(name: str) -> None:
     assert {n: shares[n] for n in (*NOT_TOO_NARROW, *OF_EXTREMES) if shares[n] < 0.93 - more} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", [HARMONIC, STATIC], ids=["harmonic", "static"])
 def test_the_closed_forms_agree_with_a_fine_grid(loop: Progressive) -> None:
     """The truth itself, by another way: 400 000 points of a cycle."""

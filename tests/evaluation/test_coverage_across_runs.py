@@ -231,6 +231,7 @@ def warm_run(shape: Specimen, chain: int, own: int, temperature_C: float) -> Run
     return evaluate_run(make_record(*columns, temperatures=(sensor,)), facts, Options(draws=400, seed=chain))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scatter", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
 def test_a_dose_of_sweeps(scatter: float) -> None:
     """15 sweeps of four runs: of 120 intervals, which hang together by sweep, 95 % ± 4 % hold the truth."""
@@ -240,6 +241,7 @@ def test_a_dose_of_sweeps(scatter: float) -> None:
     assert all(half <= U for half, U in hits.values())
 
 
+@pytest.mark.slow
 def test_a_late_force_is_in_the_slope() -> None:
     """A force 0.3 ms late, with u of 0.3 ms: the slope is wrong by its u, not by many times it."""
     frequencies = SWEEPS[4]
@@ -258,6 +260,7 @@ def test_a_late_force_is_in_the_slope() -> None:
     assert 0.7 < abs(damping.slope_per_Hz - truth) / damping.slope_u_per_Hz < 1.3
 
 
+@pytest.mark.slow
 def test_a_dose_of_differences() -> None:
     """One chain: scale, reversal and linearity leave the difference of two runs; its U is a small part."""
     for kind in ("harmonic", "static"):

@@ -81,6 +81,7 @@ STUDIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param("50 samples a cycle", marks=pytest.mark.long), "400, hum", "400, coloured"]
 )
@@ -124,6 +125,7 @@ def extremes_held(kinds: tuple[Disturbance, ...], seeds: range) -> dict[str, flo
     return {name: count / len(seeds) for name, count in held.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kinds", [("hum",), ("coloured",)], ids=["hum", "coloured"])
 def test_extremes_of_samples_know_of_slow_noise_and_hum(kinds: tuple[Disturbance, ...]) -> None:
     """20 records. Hum, known by its amplitude, is held; noise slower than a cycle is known in part only."""

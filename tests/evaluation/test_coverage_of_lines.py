@@ -142,6 +142,7 @@ def difference_hits(repeats: int, seed: int = 1, *, zeroed: bool) -> Hits:
     return counted(trials)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [4, 8, 12])
 @pytest.mark.parametrize("scatter", [0.0, 1.5])
 def test_a_dose_of_lines(runs: int, scatter: float) -> None:
@@ -152,6 +153,7 @@ def test_a_dose_of_lines(runs: int, scatter: float) -> None:
     assert all(half <= U for half, U in hits.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zeroed", [False, True])
 def test_differences(zeroed: bool) -> None:
     hits = difference_hits(3000, zeroed=zeroed)

@@ -144,6 +144,7 @@ def failures(shape: Shape, samples: int, change: str, noise: bool, phases: tuple
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: s.name)
 @pytest.mark.parametrize("samples", [20, 100, 1000])
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noisy"])
@@ -191,6 +192,7 @@ def test_gap_is_never_integrated_across(samples: int, noise: bool) -> None:
         assert least <= sum(c.complete for c in cycles) <= most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [20, 50, 200, 1000])
 @pytest.mark.parametrize("noise", [False, True], ids=["clean", "noisy"])
 def test_ramped_amplitude(samples: int, noise: bool) -> None:

@@ -82,6 +82,7 @@ def covered(drum_mm: float, seeds: range) -> tuple[float, float]:
     return float(np.mean(hits)), float(np.sqrt(np.mean(np.square(shares))))
 
 
+@pytest.mark.slow
 def test_a_dose_of_coverage() -> None:
     hit, share = covered(50.0, range(60))
     assert hit >= 0.85

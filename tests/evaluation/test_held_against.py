@@ -76,6 +76,7 @@ def test_what_is_on_record_is_found() -> None:
     assert expected_turns({**STEP, **several}, "harmonic") is None
 
 
+@pytest.mark.slow
 def test_a_step_of_the_paper_is_not_warned_of_though_the_frame_is_softer_than_stated(tmp_path: Path) -> None:
     """80 ± 15 mm of the piston, on the sample stand: its frame is softer than the stand file states."""
     campaign_file = tmp_path / "campaign.toml"

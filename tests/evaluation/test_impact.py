@@ -107,6 +107,7 @@ def test_category_near_its_limit(scale: float, simple: str, guarded: str) -> Non
         assert run.verdict == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "simple", "guarded"),
     [
@@ -122,6 +123,7 @@ def test_ratio_near_its_limit(ratio: float, simple: str, guarded: str) -> None:
         assert verdicts(run) == {"stored-energy-category": "pass", "absorbed-energy-ratio": expected}
 
 
+@pytest.mark.slow
 def test_limits_not_filled_in() -> None:
     limits = shipped_limit_set()
     opened = limits.impact.model_copy(update={"ratio_min": "fill-in", "stored_min_J": {"A": "fill-in"}})
@@ -131,6 +133,7 @@ def test_limits_not_filled_in() -> None:
     assert verdicts(impact(category="D"))["stored-energy-category"] == "inconclusive"
 
 
+@pytest.mark.slow
 def test_impact_that_does_not_return_is_inconclusive() -> None:
     time = np.arange(0.0, 0.3, 2e-4)
     stroke = 100.0 * np.sin(np.pi * np.clip((time - 0.2) / 0.2, 0.0, 0.5))
@@ -140,6 +143,7 @@ def test_impact_that_does_not_return_is_inconclusive() -> None:
     assert "no complete cycle" in run.requirements[0].why
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed_km_h", "speed", "others", "run_verdict"),
     [(11.8, "pass", "pass", "pass"), (12.0, "pass", "pass", "pass"), (12.1, "fail", "invalid", "invalid")],
@@ -156,6 +160,7 @@ def test_impact_speed_is_a_condition_where_it_is_stated(
     assert f"{speed_km_h:g} km/h, wagon of 80 t" in run.requirements[0].why
 
 
+@pytest.mark.slow
 def test_impact_speed_unknown_is_said_and_recorded_as_unknown() -> None:
     run = impact(category="A")
     assert any("not on record: impact_speed_km_h (" in text for text in run.warnings)

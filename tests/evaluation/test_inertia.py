@@ -125,6 +125,7 @@ def test_behind_the_specimen_the_sign_turns() -> None:
     assert change == pytest.approx(MASS_KG * 1e-6 * OMEGA_SQUARED, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("percent", [None, 20.0])
 def test_the_mass_is_part_of_the_uncertainty(percent: float | None) -> None:
     """u(K′) = ω² u(m), nothing of the energy absorbed; a line of the budget says so."""
@@ -145,6 +146,7 @@ def test_the_mass_is_part_of_the_uncertainty(percent: float | None) -> None:
     assert "moving mass" not in {line.source for budget in without.budget for line in budget.lines}
 
 
+@pytest.mark.slow
 def test_noise_of_the_acceleration() -> None:
     """What repeated noisy records of a stroke at rest show is what is stated."""
     random = np.random.default_rng(4)
@@ -154,6 +156,7 @@ def test_noise_of_the_acceleration() -> None:
     assert acceleration_noise_mm_per_s2(record, 0.08) == pytest.approx(found, rel=0.1)
 
 
+@pytest.mark.slow
 def test_an_accuracy_that_is_none_is_refused() -> None:
     options = Options(moving_mass_kg=MASS_KG, moving_mass_accuracy_percent=-1.0)
     with pytest.raises(BadInput, match="cannot be known to -1 %"):

@@ -26,6 +26,7 @@ def periodic(
     return find_cycles(make_record(time, stroke, stroke))
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     stands=st.tuples(st.floats(0.0, 0.06), st.floats(0.0, 0.06)),

@@ -195,6 +195,7 @@ CONDITION_KEYS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", CONDITION_KEYS)
 def test_one_open_condition(key: str) -> None:
     """An open limit makes its condition inconclusive, and what it governs; ``none`` takes it out."""
@@ -223,6 +224,7 @@ def test_open_side_of_a_window() -> None:
     assert table(soft)["force-at-60mm", 1] == "inconclusive"
 
 
+@pytest.mark.slow
 def test_kinds_that_a_set_has_nothing_on() -> None:
     run = impact(category="A", limits=DRAW_GEAR)
     assert run.requirements == ()
@@ -231,11 +233,13 @@ def test_kinds_that_a_set_has_nothing_on() -> None:
 
 
 # ── readings ───────────────────────────────────────────────────────────────────────────────────────────────
+@pytest.mark.slow
 def test_defaults_are_those_of_the_shipped_file() -> None:
     assert SHIPPED.readings == Readings()
     assert SHIPPED.identity()["readings"]["comparator"] == "at-least"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("reading", "cycles"), [("all", [1, 2, 3]), ("first", [1]), ("last", [3])])
 def test_which_cycles_the_windows_bind(reading: str, cycles: list[int]) -> None:
     run = GOOD.evaluate(read_as(force_cycles=reading))
@@ -244,6 +248,7 @@ def test_which_cycles_the_windows_bind(reading: str, cycles: list[int]) -> None:
     assert [row.cycle for row in run.requirements if row.id == "stored-energy"] == [1, 2, 3]
 
 
+@pytest.mark.slow
 def test_preload_reading() -> None:
     test = replace(GOOD, rate_Hz=250.0)
     line, near = test.evaluate(), test.evaluate(read_as(preload="at-0.5mm"))
@@ -253,6 +258,7 @@ def test_preload_reading() -> None:
     assert given.requirements == line.requirements
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hours", "verdict"), [(71.5, "pass"), (72.5, "pass"), (74.5, "fail"), (69.5, "fail")]
 )
@@ -269,6 +275,7 @@ def test_rest_of_exactly_so_long(hours: float, verdict: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_comparator() -> None:
     assert decide(0.42, 0.01, 0.42, None, "simple")[0] == "pass"
     assert decide(0.42, 0.01, 0.42, None, "simple", beyond=True)[0] == "fail"
@@ -292,6 +299,7 @@ def stiff(stroke: Floats) -> Floats:
     return np.asarray(usual(stroke) * 1.9)
 
 
+@pytest.mark.slow
 def test_absorbed_energy_of_the_whole_cycle() -> None:
     """The force reaches 1000 kN before the end: the loop beyond the cut counts, or not."""
     test = GOOD.changed(1, 2, 3, branch=stiff)
@@ -305,6 +313,7 @@ def test_absorbed_energy_of_the_whole_cycle() -> None:
     assert (values(same, "absorbed-energy-ratio")[0] or 1.0) < area / stored
 
 
+@pytest.mark.slow
 def test_first_or_last_crossing_of_the_cap() -> None:
     """A branch that dips under the cap again is cut at 83 mm or at 98 mm."""
     dip = bent(bent(usual, 84.0, 700.0, 5.0), 102.0, 600.0, 5.0)
@@ -324,6 +333,7 @@ def test_first_or_last_crossing_of_the_cap() -> None:
     assert last.measured > first.measured + 5000.0
 
 
+@pytest.mark.slow
 def test_static_cycle_to_the_proof_load() -> None:
     run = GOOD.evaluate(read_as(static_extent="proof-load"))
     row = next(r for r in run.requirements if r.id == "full-stroke")
@@ -341,6 +351,7 @@ def blocked(stroke: Floats) -> Floats:
     return np.asarray(usual(stroke) + 60.0 * np.maximum(stroke - 99.0, 0.0))
 
 
+@pytest.mark.slow
 def test_block_contact_is_flagged_or_leaves_the_window_open() -> None:
     test = GOOD.changed(2, branch=blocked)
     flagged = test.evaluate()
@@ -358,12 +369,14 @@ def test_block_contact_is_flagged_or_leaves_the_window_open() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_copy_of_a_shipped_file_is_a_set_of_its_own(tmp_path: Path) -> None:
     shutil.copy(FOLDER / "en15551-105mm.toml", tmp_path / "own.toml")
     assert find_limit_set(str(tmp_path / "own.toml")).id == "en15551-105mm"
     assert GOOD_CYCLE.top_mm == 102.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["conditioning", "warm-up", "force-cycles"])
 def test_steps_that_are_no_test_are_not_judged(kind: str) -> None:
     """The very strokes of a static test: what the step is for decides, whatever its cycles would show."""

@@ -175,12 +175,14 @@ def test_run_without_force_is_refused(tmp_path: Path) -> None:
         load_run(path)
 
 
+@pytest.mark.slow
 def test_what_is_no_run_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.h5").write_text("no")
     with pytest.raises(BadInput, match=r"x\.h5"):
         load_run(tmp_path / "x.h5")
 
 
+@pytest.mark.slow
 def test_imported_static_test(tmp_path: Path) -> None:
     """The whole way of a foreign record: import, cycles, requirements that it can and cannot show."""
     time, stroke, force = StaticTest(rate_Hz=50.0).columns()
@@ -219,6 +221,7 @@ def csv_of(path: Path, **columns: Floats) -> Path:
     return import_file(path, path.parent, ImportOptions(kind="harmonic")).path
 
 
+@pytest.mark.slow
 def test_an_empty_wire_is_a_wire_that_was_not_there(tmp_path: Path) -> None:
     """The other one alone is the stroke: the same figures as of a record without the column, and said."""
     both, one = csv_of(tmp_path / "both.csv", stroke_2__mm=NOTHING), csv_of(tmp_path / "one.csv")
@@ -229,6 +232,7 @@ def test_an_empty_wire_is_a_wire_that_was_not_there(tmp_path: Path) -> None:
     assert "stroke_2: none of its 400 samples is a number; stroke_1 alone is the stroke" in facts.problems
 
 
+@pytest.mark.slow
 def test_a_column_without_a_number_is_named_with_its_count_and_remedy(tmp_path: Path) -> None:
     single = NOTHING.copy()
     single[7] = 1.0
@@ -241,6 +245,7 @@ def test_a_column_without_a_number_is_named_with_its_count_and_remedy(tmp_path: 
         assert "--column" in caught.value.remedy
 
 
+@pytest.mark.slow
 def test_time_that_runs_backwards_is_said_to(tmp_path: Path) -> None:
     run = csv_of(tmp_path / "back.csv", time__s=np.linspace(4.0, 0.0, SAMPLES))
     with pytest.raises(BadInput, match="399 of its 400 time stamps do not advance") as caught:

@@ -101,6 +101,7 @@ def test_without_an_inspectors_file() -> None:
     assert run.inspection is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("item", ITEMS)
 def test_each_item_by_itself(tmp_path: Path, item: str) -> None:
     for answer, verdict in (("defect", "fail"), ("fill-in", "not-tested")):
@@ -140,12 +141,14 @@ def test_guard_band_needs_the_uncertainty_of_the_ruler(tmp_path: Path) -> None:
     assert verdicts(run)["assembled-length"] == "conditional-pass"
 
 
+@pytest.mark.slow
 def test_force_not_reached(tmp_path: Path) -> None:
     short = replace(RING, cycles=(replace(GOOD_CYCLE, top_mm=70.0),))
     run = short.evaluate(filled(), inspections=(checklist(tmp_path),))
     assert verdicts(run) == ALL_PASS | {"length-at-320kN": "not-tested"}
 
 
+@pytest.mark.slow
 def test_force_hold_at_the_nominal_load(tmp_path: Path) -> None:
     held = replace(RING, cycles=(replace(GOOD_CYCLE, top_mm=STROKE_MM, dwell_s=5.0),))
     run = held.evaluate(filled(), inspections=(checklist(tmp_path),))
@@ -153,12 +156,14 @@ def test_force_hold_at_the_nominal_load(tmp_path: Path) -> None:
     assert row.measured == pytest.approx(505.0 - STROKE_MM, abs=0.05)
 
 
+@pytest.mark.slow
 def test_other_elastic_systems_are_not_judged() -> None:
     run = replace(RING, specimen=tuple(BUFFER.items())).evaluate(SET)
     assert run.requirements == ()
     assert any("is for ring-spring, the specimen has elastomer" in text for text in run.warnings)
 
 
+@pytest.mark.slow
 def test_inspection_of_another_specimen_is_not_taken(tmp_path: Path) -> None:
     other = checklist(tmp_path)
     other = other.model_copy(update={"inspection": other.inspection.model_copy(update={"specimen": "R2"})})
@@ -168,6 +173,7 @@ def test_inspection_of_another_specimen_is_not_taken(tmp_path: Path) -> None:
     assert verdicts(evaluate(filled(), checklist(tmp_path), mine))["cracks"] == "fail"
 
 
+@pytest.mark.slow
 def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"unknown item “crack”.*cracks"):
         checklist(tmp_path, answers={"crack": "defect"})

@@ -40,6 +40,7 @@ def density_kN2_s(frequency_Hz: Floats, added_kN: float) -> Floats:  # noqa: N80
     return np.asarray((WHITE_KN**2 + added_kN**2 * of_share) * STEP_S)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("added_kN", [0.0, SIGMA_KN])
 def test_density_is_that_of_the_noise(added_kN: float) -> None:
     """From a third of a cycle's frequency to the fastest: the mean of eight records within 20 %."""
@@ -139,6 +140,7 @@ def test_a_stroke_that_is_flat_at_its_turns_does_not_hum(hum_mm: float) -> None:
     assert 0.5 * hum_mm <= line.amplitude <= 1.5 * hum_mm  # the corners have a part of it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "samples", [50, *(pytest.param(samples, marks=pytest.mark.long) for samples in (133, 1000))]
 )
@@ -164,6 +166,7 @@ def test_largest_speed_leans_as_stated(samples: int) -> None:
     assert off < 0.35 * np.hypot(np.mean(error), np.std(error))
 
 
+@pytest.mark.slow
 def test_an_even_speed_of_few_samples_leans_as_stated() -> None:
     """Strokes of 200 samples: noise that is left in the smoothed speed must not hide half of the lean.
 

@@ -47,6 +47,7 @@ def test_of_white_noise_a_rest_says_nothing_new() -> None:
     assert noise.force.frequency_Hz[0] > 4.0  # means of some samples, and no rest of 5 s
 
 
+@pytest.mark.slow
 def test_the_level_of_a_rest_is_no_surer_than_slow_noise_leaves_it() -> None:
     inside = []
     for seed in range(20):

@@ -82,6 +82,7 @@ def test_a_drift_makes_of_a_cycle_what_is_drawn(number: int) -> None:
         assert u == pytest.approx(change / np.sqrt(3.0), rel=0.05, abs=1e-5 * abs(without[name])), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frequency_Hz", [3.1, 17.0, 50.0])
 def test_hum_makes_of_a_cycle_what_is_drawn(frequency_Hz: float) -> None:
     """Waves of 24 phases laid on the force: the root mean square of what they change is the drawn u."""

@@ -148,6 +148,7 @@ def test_unknown_load(load: str | None) -> None:
 FORCES = {"F1": 2500.0, "F2": 500.0, "F3": 200.0, "F4": 2500.0, "F5": 250.0, "F6": 250.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", FORCES)
 def test_forces_of_the_source(load: str) -> None:
     over = verdicts(proof(peak_kN=1.05 * FORCES[load], load=load))
@@ -168,6 +169,7 @@ def test_the_garbled_words_on_f5_are_not_printed() -> None:
     assert all("450" not in row.requirement + row.why for row in proof(load="F5").requirements)
 
 
+@pytest.mark.slow
 def test_durability_cycles() -> None:
     run = proof(peak_kN=260.0, load="F6", loads=4, residual_mm=0.1)
     assert verdicts(run) == {"proof-load-f6": "pass", "load-cycles": "inconclusive"}

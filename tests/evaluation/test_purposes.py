@@ -233,6 +233,7 @@ def test_the_settings_say_which_run_was_named_and_the_cache_does_not_hang_on_it(
         assert changes.changed == {"conformity": (None, ["warm"])}
 
 
+@pytest.mark.slow
 def test_a_warm_single_stroke_leaves_the_statement_as_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

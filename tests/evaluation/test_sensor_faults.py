@@ -136,6 +136,7 @@ def judged(tmp_path: Path, temperature: Floats, heading: str = "temperature [°C
 ROOM = np.full(200, 20.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", [85.0, -127.0, 999.9, 9.91e37])
 def test_one_code_of_a_sensor_does_not_break_the_temperature_condition(tmp_path: Path, code: float) -> None:
     shown = ROOM.copy()
@@ -163,6 +164,7 @@ def test_codes_for_a_minute_leave_the_condition_inconclusive(tmp_path: Path) -> 
     assert "60 of " in next(text for text in run["warnings"] if "sensor fault" in text)
 
 
+@pytest.mark.slow
 def test_a_specimen_that_is_too_warm_is_still_too_warm(tmp_path: Path) -> None:
     run = judged(tmp_path, 84.0 + 0.0625 * (np.arange(200) % 32))
     assert run["verdict"] == "invalid"

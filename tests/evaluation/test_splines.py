@@ -75,6 +75,7 @@ def test_a_sine_comes_back_at_its_moments() -> None:
     assert found[:-1] == pytest.approx(np.sin(omega * time)[:-1], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_run_of_even_samples_waits_for_no_scipy() -> None:
     """To import it takes longer than to evaluate the run, in every process that does."""
     run = ROOT / "sample_runs/runs/005-harmonic-20mm-20mm-1.27Hz.h5"

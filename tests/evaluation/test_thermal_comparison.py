@@ -108,6 +108,7 @@ def test_same_stroke_simulated_agrees_with_the_cut() -> None:
     )
 
 
+@pytest.mark.slow
 def test_cycles_of_a_static_test_are_averaged() -> None:
     many = compare_temperatures([static("a", 25.0, 40.0, 3), static("b", 45.0, 40.0, 3)])[0].runs[0]
     one = compare_temperatures([static("a", 25.0, 40.0), static("b", 45.0, 40.0)])[0].runs[0]
@@ -139,6 +140,7 @@ def test_harmonic_runs_of_one_step() -> None:
     assert any("no expanded uncertainty" in w for w in found.warnings)
 
 
+@pytest.mark.slow
 def test_other_steps_and_specimens_are_not_compared() -> None:
     cold = harmonic("cold", 20.0)
     others = [
@@ -154,6 +156,7 @@ def test_other_steps_and_specimens_are_not_compared() -> None:
     assert compare_temperatures([]) == ()
 
 
+@pytest.mark.slow
 def test_two_sided_loops_have_no_damping_to_compare() -> None:
     (found,) = compare_temperatures([harmonic(n, t, mean_kN=0.0) for n, t in (("c", 20.0), ("w", 40.0))])
     assert found.runs[0].changes["damping"].value is None
@@ -161,6 +164,7 @@ def test_two_sided_loops_have_no_damping_to_compare() -> None:
     assert any("not meaningful for two-sided loops" in w for w in found.warnings)
 
 
+@pytest.mark.slow
 def test_in_the_document() -> None:
     document = evaluation_document([COLD, WARM])
     (entry,) = document["temperature_comparisons"]

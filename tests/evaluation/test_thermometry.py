@@ -146,6 +146,7 @@ def test_a_hole_of_30_s_in_one_cycle() -> None:
     assert [r.quantities.temperature_max_C is None for r in run.cycles] == [False, True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("length_s", "verdict"), [(13.0, "pass"), (16.0, "inconclusive")])
 @pytest.mark.parametrize("place", [0.0, 0.4, 1.0])
 def test_limit_of_the_interval(place: float, length_s: float, verdict: str) -> None:
@@ -159,6 +160,7 @@ def test_limit_of_the_interval(place: float, length_s: float, verdict: str) -> N
     assert rows(judged([sensor(kept)]))[0].verdict == verdict
 
 
+@pytest.mark.slow
 def test_the_limit_set_may_say_otherwise() -> None:
     """One reading in 20 s: too few by default, enough for a set that says 30 s; figures follow."""
     conditions = shipped_limit_set().conditions.model_copy(update={"reading_interval_max_s": 30.0})
@@ -171,6 +173,7 @@ def test_the_limit_set_may_say_otherwise() -> None:
     assert patient.sha256 != shipped_limit_set().sha256
 
 
+@pytest.mark.slow
 def test_a_reading_out_of_range_breaks_it_whatever_is_missing() -> None:
     start, _ = CYCLES[1]
     at = without(start + 5.0, start + 35.0)
@@ -180,6 +183,7 @@ def test_a_reading_out_of_range_breaks_it_whatever_is_missing() -> None:
     assert rows(run)[1].measured == pytest.approx(26.0)
 
 
+@pytest.mark.slow
 def test_one_sensor_that_covers_is_enough_and_the_other_still_counts() -> None:
     start, _ = CYCLES[1]
     gappy = without(start + 5.0, start + 35.0)
@@ -191,12 +195,14 @@ def test_one_sensor_that_covers_is_enough_and_the_other_still_counts() -> None:
     assert [r.verdict for r in rows(warm)] == ["fail"] * 3
 
 
+@pytest.mark.slow
 def test_no_reading_near_a_cycle() -> None:
     run = judged([sensor(ALL[CYCLES[0][1] > ALL])])
     assert [r.verdict for r in rows(run)] == ["pass", "inconclusive", "inconclusive"]
     assert rows(run)[2].measured is None
 
 
+@pytest.mark.slow
 def test_fast_cycles_between_two_readings() -> None:
     """Cycles of 0.4 s with a reading every 10 s are covered; those in a hole of a minute are not."""
     starts = np.arange(0.0, 200.0, 0.4)

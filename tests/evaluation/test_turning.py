@@ -108,6 +108,7 @@ def test_like_turns_share_a_window() -> None:
     assert 0.6 < np.sqrt(np.mean(np.square(shares))) < 1.5
 
 
+@pytest.mark.slow
 def test_a_coarse_sine_has_no_dwell() -> None:
     """100 samples a cycle: four samples about a turn are near it, and six within nine times as much."""
     for seed in range(24):

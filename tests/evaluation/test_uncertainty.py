@@ -140,6 +140,7 @@ def test_budget_of_the_reference() -> None:
     assert u["tangent_stiffness_kN_per_mm"] == pytest.approx(0.018, rel=0.4)
 
 
+@pytest.mark.slow
 def test_noise_term_is_what_noise_does() -> None:
     """The predicted scatter of the energies is the one that repeated noisy records show."""
     ellipse = Ellipse()
@@ -158,6 +159,7 @@ def test_noise_term_is_what_noise_does() -> None:
         assert np.std(values) == pytest.approx(predicted[name], rel=0.5)
 
 
+@pytest.mark.slow
 def test_same_seed_same_figures() -> None:
     force = ChannelUncertainty(accuracy_percent=1.0, zero=0.3)
     first, again = draw_errors(force, (NOTHING,), 100, 3), draw_errors(force, (NOTHING,), 100, 3)
@@ -169,6 +171,7 @@ def test_same_seed_same_figures() -> None:
     assert not np.array_equal(first.force, other.force)
 
 
+@pytest.mark.slow
 def test_no_facts_no_draws() -> None:
     assert draw_errors(None, (NOTHING,), 10, 1) is None
     assert draw_errors(ChannelUncertainty(zero=1.0), (NOTHING,), 10, 1) is None
@@ -177,6 +180,7 @@ def test_no_facts_no_draws() -> None:
     assert mean_of_wires(()) is None
 
 
+@pytest.mark.slow
 def test_missing_facts_are_named() -> None:
     assert missing_facts(None, ()) == [
         "no expanded uncertainties: the force channel states no accuracy",
@@ -191,10 +195,12 @@ def test_missing_facts_are_named() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_expanded_is_twice_the_standard_uncertainty() -> None:
     assert expanded(np.array([1.0, 3.0])) == 2.0
 
 
+@pytest.mark.slow
 def test_reading_out_of_reach() -> None:
     assert LOOP.read(100.5, 2.0) is None
     assert LOOP.fit(50.0, 200.0, 210.0, 2) is None

@@ -77,6 +77,7 @@ def test_no_limit_is_said() -> None:
     assert any("no limit for the difference of the draw wires" in w for w in evaluation.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stuck", [1, 2])
 @pytest.mark.parametrize("at", [0.0, 0.55])
 def test_a_stuck_wire_is_recognised_and_left_out(stuck: int, at: float) -> None:
@@ -102,6 +103,7 @@ def test_a_stuck_wire_is_recognised_and_left_out(stuck: int, at: float) -> None:
     assert evaluation.facts.stroke_uncertainty == STATED["stroke_uncertainty"][:1]  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_small_and_still_runs_accuse_no_wire() -> None:
     random = np.random.default_rng(3)
     time = np.arange(3000) / 500.0
@@ -112,6 +114,7 @@ def test_small_and_still_runs_accuse_no_wire() -> None:
     assert found.offset_mm is None
 
 
+@pytest.mark.slow
 def test_in_the_document() -> None:
     one_wire = evaluate_run(make_record(*ELLIPSE.columns(1.0, 500.0, 3.5)), FACTS)
     entries = evaluation_document([run(offset=0.1), one_wire])["runs"]
@@ -122,6 +125,7 @@ def test_in_the_document() -> None:
     assert entries[1]["draw_wires"] is None
 
 
+@pytest.mark.slow
 def test_from_a_run_file(tmp_path: Path) -> None:
     loaded, facts = load_run(write(tmp_path / "r1.h5"))
     assert loaded.wire_difference_mm is not None
@@ -139,6 +143,7 @@ def told_of(two_of: Callable[[Floats, Floats], Floats]) -> list[str]:
     return [finding.kind for finding in strokes_and_piston(Look(seen, seen, (), FACTS), signals, None)]
 
 
+@pytest.mark.slow
 def test_a_wire_that_slips_is_no_factor() -> None:
     """A straight line through both says one, but what it leaves is more than what it explains."""
     assert told_of(lambda t, x: x - 9.0 * (t > 0.3)) == []

@@ -62,6 +62,7 @@ def runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
     return archive(tmp_path / "archive")[:3]
 
 
+@pytest.mark.slow
 def test_only_what_changed_is_evaluated(runs: list[Path], tmp_path: Path) -> None:
     folder = tmp_path / "cache"
     first, given = evaluated(runs, folder)
@@ -84,6 +85,7 @@ def test_only_what_changed_is_evaluated(runs: list[Path], tmp_path: Path) -> Non
     assert fourth.runs[0].facts["sha256"] == first.runs[0].facts["sha256"]
 
 
+@pytest.mark.slow
 def test_other_settings_are_another_evaluation(runs: list[Path], tmp_path: Path) -> None:
     evaluated(runs[:1], tmp_path)
     heavier = replace(SETTINGS, options=replace(SETTINGS.options, moving_mass_kg=150.0))
@@ -108,6 +110,7 @@ def test_other_code_is_another_evaluation(
     connection.close()
 
 
+@pytest.mark.slow
 def test_a_file_that_was_damaged_is_not_taken_for_whole(runs: list[Path], tmp_path: Path) -> None:
     evaluated(runs, tmp_path)
     damaged(runs[0])
@@ -156,6 +159,7 @@ def test_a_user_without_a_home_goes_on_without(runs: list[Path], monkeypatch: py
     cache.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",
     [
@@ -196,6 +200,7 @@ def test_a_damaged_cache_costs_only_time(runs: list[Path], tmp_path: Path, damag
     assert evaluated(runs[:1], tmp_path)[1] == []  # it is whole again
 
 
+@pytest.mark.slow
 def test_pages_that_are_garbled_are_made_anew(runs: list[Path], tmp_path: Path) -> None:
     first, _ = evaluated(runs, tmp_path)
     file = tmp_path / FILE_NAME
@@ -209,6 +214,7 @@ def test_pages_that_are_garbled_are_made_anew(runs: list[Path], tmp_path: Path) 
     assert evaluated(runs, tmp_path)[1] == []
 
 
+@pytest.mark.slow
 def test_a_schema_that_is_no_text_is_made_anew(runs: list[Path], tmp_path: Path) -> None:
     evaluated(runs[:1], tmp_path)
     file = tmp_path / FILE_NAME
@@ -244,6 +250,7 @@ def test_one_that_another_made_anew_is_left_alone(tmp_path: Path) -> None:
     other.close()
 
 
+@pytest.mark.slow
 def test_deleted_or_forbidden_meanwhile(runs: list[Path], tmp_path: Path) -> None:
     class Deleting(Counting):
         def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
@@ -280,6 +287,7 @@ for _ in range(int(sys.argv[3])):
 """
 
 
+@pytest.mark.slow
 def test_two_evaluations_at_once(runs: list[Path], tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-c", _WRITER, str(runs[0].parent), str(tmp_path / "cache"), "4"]
     both = [subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(Path.cwd())}) for _ in range(2)]

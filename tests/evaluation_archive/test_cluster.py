@@ -53,6 +53,7 @@ def table(folder: Path, name: str, files: Sequence[Path], workers: Local | Clust
     return (folder / f"{name}.csv").read_bytes() + (folder / f"{name}-runs.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_same_table_with_a_worker_killed_midway(
     runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -134,6 +135,7 @@ def other_code(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_what_cannot_be_a_worker(runs: list[Path], tmp_path: Path, other_code: Path) -> None:
     """Other code, no bufferstand at all, more threads, an archive that is not mounted: refused by name."""
     cases: list[tuple[dict[str, str], str]] = [
@@ -156,6 +158,7 @@ HERE = Path("/proc/self/cwd")
 """Each process sees its own current folder under this path, as machines do that mount different archives."""
 
 
+@pytest.mark.slow
 def test_a_worker_that_sees_another_archive(
     runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -180,6 +183,7 @@ def test_a_worker_that_sees_another_archive(
     ]
 
 
+@pytest.mark.slow
 def test_a_worker_that_joins_late_and_sees_no_archive(
     runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -211,6 +215,7 @@ def test_a_worker_that_joins_late_and_sees_no_archive(
             )
 
 
+@pytest.mark.slow
 def test_a_task_says_what_its_files_are(runs: list[Path]) -> None:
     """One that is gone also where it was asked for is a failure of the run, as on one machine."""
     file = File(str(runs[0]), 0, mark_of(str(runs[0])))

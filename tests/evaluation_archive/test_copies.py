@@ -32,6 +32,7 @@ def copied(path: Path, name: str) -> Path:
     return Path(shutil.copy(path, path.with_name(name)))
 
 
+@pytest.mark.slow
 def test_a_copy_changes_no_figure_and_is_named_once(tmp_path: Path) -> None:
     runs = archive(tmp_path)[:4]
     alone = document(evaluate_archive(runs, SETTINGS, Local(1)))

@@ -46,6 +46,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         process.communicate()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "number",
     [
@@ -82,6 +83,7 @@ def test_a_signal_ends_all_processes_and_keeps_what_is_done(
         assert kept.execute("SELECT count(*) FROM runs").fetchone()[0] >= 2
 
 
+@pytest.mark.slow
 def test_an_interrupt_from_the_terminal_while_processes_start(
     tmp_path: Path, start: Callable[..., subprocess.Popen[str]]
 ) -> None:

@@ -27,6 +27,7 @@ from bufferstand.evaluation.document import evaluate_paths
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged, let_poison_kill
 
 
+@pytest.mark.slow
 def test_processes_give_what_this_one_gives_and_bad_files_stop_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -58,6 +59,7 @@ def test_processes_give_what_this_one_gives_and_bad_files_stop_nothing(
     assert one[2]["trends"] == two[2]["trends"]  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_the_same_as_without_processes_and_keeping(tmp_path: Path) -> None:
     """What is kept and sent loses nothing: the document is that of the plain evaluation."""
     runs = archive(tmp_path)[:3]
@@ -73,6 +75,7 @@ def test_the_same_as_without_processes_and_keeping(tmp_path: Path) -> None:
     assert kept["failures"] == []
 
 
+@pytest.mark.slow
 def test_a_long_document_is_written_run_by_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     evaluation = evaluate_archive(archive(tmp_path)[:3], SETTINGS, Local(1))
     texts = []
@@ -96,6 +99,7 @@ def test_csv_says_what_pandas_writes(tmp_path: Path) -> None:
             assert a == b or float(a) == float(b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".xlsx"])
 def test_every_row_can_be_traced(tmp_path: Path, suffix: str) -> None:
     runs = archive(tmp_path)[:2]

@@ -38,6 +38,7 @@ def test_readable(tmp_path: Path) -> None:
     assert [readable(os.fsdecode(name)) for name in (b"Pr\xfcf", b"Pr\xe4f")] == ["Pr\\xfcf", "Pr\\xe4f"]
 
 
+@pytest.mark.slow
 def test_evaluated_and_kept(folder: Path, tmp_path: Path) -> None:
     files = find_runs([str(folder / "*.h5")])
     for reused in (0, 3):
@@ -53,6 +54,7 @@ def test_evaluated_and_kept(folder: Path, tmp_path: Path) -> None:
             assert "xfcf.h5" in (tmp_path / name).read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_listed_and_found(folder: Path, tmp_path: Path) -> None:
     for words in (["--where", "damping > 0 and 'xfc' in path", "--json", "-"], ["--json", "-"], []):
         done = CliRunner().invoke(

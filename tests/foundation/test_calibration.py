@@ -37,6 +37,7 @@ def test_the_loaded_divider_is_undone_exactly(wiper: float, pot_ohm: float, inpu
     assert float(divider.unload(divider.load(wiper))) == pytest.approx(wiper, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_ratiometric_reading_does_not_depend_on_the_supply() -> None:
     """The input is a share of the reference: counts of full scale, whatever the volts are."""
     calibration = Calibration(

@@ -12,6 +12,14 @@ import pytest
 
 from tests.golden.figures import FIGURES, SHARED, made
 
+QUICK = (
+    "evaluated_samples",
+    "reported_samples",
+    "imported_sample",
+    "friction_damper_1Hz",
+    "friction_damper_half_Hz",
+)
+NAMES = [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in FIGURES]
 STORED = Path(__file__).with_name("dd850b6.json.gz")
 
 
@@ -39,7 +47,7 @@ def differences(then: Any, now: Any, place: str = "") -> list[str]:
     return gone + [text for inner_place, one, other in both for text in differences(one, other, inner_place)]
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", NAMES)
 def test_nothing_has_changed(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     if name.startswith("friction_damper") and not SHARED.is_dir():
         pytest.skip("REAL RECORDS NOT HERE: shared/data is not beside the repository")

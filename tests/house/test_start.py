@@ -121,3 +121,22 @@ def test_clean_clone_in_a_path_with_a_space_sets_up_and_answers(tmp_path: Path) 
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("bufferstand, version")
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [([], 2), (["--fast"], 1), (["--slow", "--cov"], 2), (["--long"], 2), (["tests/model", "-k", "heat"], 1)],
+)
+def test_lanes(start: ModuleType, monkeypatch: pytest.MonkeyPatch, words: list[str], parts: int) -> None:
+    ran: list[tuple[str, ...]] = []
+
+    def run(*command: str, folder: Path) -> int:
+        ran.append(command)
+        return 0
+
+    monkeypatch.setattr(start, "run", run)
+    assert start.test(words) == 0
+    assert len(ran) == parts
+    assert all(word in command for word in words for command in ran)
+    side_by_side = ["-n" in command for command in ran]
+    assert side_by_side == ([False] if "-k" in words else [True, False][:parts])

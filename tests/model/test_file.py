@@ -18,6 +18,7 @@ from tests.model.recipes import FOLDER, category_a
 positive = st.floats(1e-6, 1e6)
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     curves=valid_curves(),

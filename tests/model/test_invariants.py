@@ -29,6 +29,7 @@ LAW = TemperatureLaw(sensitivity_per_K=0.01, depth_mm=15.0, loss_sensitivity_per
 SPECTRUM = ViscousBranch(0.05, 5.0, 0.04)
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=40)
 def test_i01_force_stays_between_the_curves_while_the_spring_warms_up(data):
@@ -151,6 +152,7 @@ def meeting(preload_kN):
 MEETING = {preload_kN: meeting(preload_kN) for preload_kN in (0.0, 20.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preload_kN", MEETING)
 @given(data=st.data())
 @settings(max_examples=15)
@@ -172,6 +174,7 @@ def test_i08_edges_are_finite_and_never_pull(preload_kN, data):
         heat = stepper.heat_J
 
 
+@pytest.mark.slow
 def test_i09_a_transition_below_a_curve_is_refused_with_its_place():
     Curves.straight(50.0, (10.0, 3.0), (5.0, 2.0), 3.0)
     with pytest.raises(BadInput, match=r"below the stiffness of the loading curve at .* mm") as refusal:
@@ -179,6 +182,7 @@ def test_i09_a_transition_below_a_curve_is_refused_with_its_place():
     assert refusal.value.place == "transition_stiffness_kN_per_mm"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("b", FITS)
 @pytest.mark.parametrize("depth_mm", [5.0, 20.0, 40.0])
 @pytest.mark.parametrize("rule", ["loop-exact", "paper"])
@@ -197,6 +201,7 @@ def test_i10_60_degrees_within_14_to_26_s(b, depth_mm, rule):
     assert 14.0 < time[np.argmax(result.temperature_C >= 60.0)] < 26.0
 
 
+@pytest.mark.slow
 def test_i14_forth_and_back_through_the_tables():
     """A stroke undone by the inverse of its own step, and the integrals of the curves turned by 180°."""
     here = Curves.straight(80.0, (50.0, 4.0), (20.0, 2.0), 9.0)
@@ -215,6 +220,7 @@ def test_i14_forth_and_back_through_the_tables():
 # --- eq. (3) ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("loading", "unloading", "k_t"),
     [((20.0, 5.5), (6.5, 1.8), 30.0), ((15.0, 1.2), (10.0, 0.9), 4.0)],

@@ -16,6 +16,7 @@ from tests.model.recipes import category_a
 LOOPS = [(20, 20, 0.08), (40, 40, 0.32), (50, 5, 2.55), (50, 1, 0.5), (78, 15, 0.849), (10, 15, 0.5)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", LOOPS)
 def test_the_settled_loop_is_the_one_that_the_simulation_settles_to(loop):
     model, points = category_a(), 2000

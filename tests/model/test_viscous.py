@@ -76,6 +76,7 @@ def test_its_loss_is_its_loop():
     assert np.diff(result.heat_J[[-4001, -1]])[0] == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_it_is_passive_on_any_curves(data):
     """Work of the branch alone = heat + what it still stores >= 0, at every instant."""

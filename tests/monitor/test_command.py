@@ -32,6 +32,7 @@ def test_a_file_name_that_the_option_has_taken_is_told_so(command: str) -> None:
         CliRunner().invoke(bufferstand, [command, "--monitor", "demo:toml", __file__], catch_exceptions=False)
 
 
+@pytest.mark.slow
 def test_a_finished_campaign_shows_its_runs_and_ctrl_c_ends_the_page(tmp_path: Path) -> None:
     case = Case(tmp_path)
     assert case.run().status == "complete"
@@ -65,6 +66,7 @@ def test_a_finished_campaign_shows_its_runs_and_ctrl_c_ends_the_page(tmp_path: P
     assert stderr.strip().splitlines() == ["the page is closed"]
 
 
+@pytest.mark.slow
 def test_a_running_campaign_that_cannot_be_heard_is_read_from_its_journal(tmp_path: Path) -> None:
     from tests.monitor.served import TOKENS, running, served
 

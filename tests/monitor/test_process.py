@@ -33,6 +33,7 @@ def state_of(pid: int) -> str:
         return ""
 
 
+@pytest.mark.slow
 def test_a_killed_web_process_is_said_and_the_campaign_goes_on(tmp_path: Path) -> None:
     said: list[str] = []
     with served(tmp_path / "out") as page, running(tmp_path, LONG) as going:
@@ -48,6 +49,7 @@ def test_a_killed_web_process_is_said_and_the_campaign_goes_on(tmp_path: Path) -
     assert "web process has ended (signal 9); the campaign goes on" in said[0]
 
 
+@pytest.mark.slow
 def test_a_frozen_web_process_costs_the_campaign_nothing(tmp_path: Path) -> None:
     alone = Case(tmp_path / "alone", LONG).run()
     with served(tmp_path / "watched" / "out") as page, running(tmp_path / "watched", LONG) as going:
@@ -68,6 +70,7 @@ def test_a_frozen_web_process_costs_the_campaign_nothing(tmp_path: Path) -> None
         assert abs(rows[0] - rows[1]) <= 40, "the same campaign, to one or two passes"
 
 
+@pytest.mark.slow
 def test_it_ends_with_the_campaign_and_says_so_to_its_pages(tmp_path: Path) -> None:
     with served(tmp_path / "out") as page, running(tmp_path, LONG) as going:
         page.enter(TOKENS.view)
@@ -82,6 +85,7 @@ def test_it_ends_with_the_campaign_and_says_so_to_its_pages(tmp_path: Path) -> N
         until(lambda: state_of(page.process.pid) in ("", "Z"))
 
 
+@pytest.mark.slow
 def test_it_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     program = (
         "import os, sys, time; from pathlib import Path; from bufferstand.daq.monitor.process import *\n"
@@ -99,6 +103,7 @@ def test_it_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     until(lambda: state_of(pid) in ("", "Z"))
 
 
+@pytest.mark.slow
 def test_a_page_whose_campaign_has_not_begun_waits_for_it(tmp_path: Path) -> None:
     with served(tmp_path / "not there yet") as page:
         page.enter(TOKENS.view)

@@ -41,6 +41,7 @@ def actions(folder: Path) -> list[dict[str, str]]:
     return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
 
+@pytest.mark.slow
 def test_a_page_is_told_everything_that_it_shows(page: Page) -> None:
     assert page.enter(TOKENS.view) == 200
     with page.live() as wire:
@@ -140,6 +141,7 @@ def test_whoever_may_look_may_not_act(page: Page, campaign: Running) -> None:
     )[-2].items()
 
 
+@pytest.mark.slow
 def test_on_loopback_looking_is_free_and_acting_is_not(campaign: Running) -> None:
     with served(campaign.case.out, None) as page:
         with page.live() as wire:
@@ -274,6 +276,7 @@ def test_notes_say_who_wrote_them_and_are_bounded(campaign: Running, page: Page)
     assert len(done) == 20
 
 
+@pytest.mark.slow
 def test_the_stop_reaches_the_campaign_and_is_written_down(tmp_path: Path) -> None:
     with running(tmp_path) as going, served(going.case.out) as page:
         assert page.enter(TOKENS.control) == 200

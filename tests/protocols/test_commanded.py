@@ -91,6 +91,7 @@ def test_piston_and_specimen_lead_to_each_other(
     assert cycle.stroke.upper_mm <= asked.upper_mm
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(
     stiffnesses=st.tuples(st.floats(10.0, 1e4), st.floats(1.2, 20.0)),

@@ -66,6 +66,7 @@ def test_the_chosen_order_is_sooner_and_runs_through(plan: MakePlan) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_margin_is_told_in_words_and_numbers(plan: MakePlan) -> None:
     made = plan(WAIT + SOONEST + SIX)
     ordering = made.ordering
@@ -91,6 +92,7 @@ def test_no_other_order_is_sooner_where_all_are_tried(sizes: list[tuple[float, i
     assert best_s <= min(found.total_s(other, START) for other in permutations(range(len(sizes)))) + 1.0
 
 
+@pytest.mark.slow
 @settings(max_examples=3)
 @given(sizes=st.lists(SIZES, min_size=8, max_size=9), where=st.integers(0, 7))
 def test_many_steps_keep_their_fences_and_get_no_worse(sizes: list[tuple[float, int]], where: int) -> None:
@@ -104,6 +106,7 @@ def test_many_steps_keep_their_fences_and_get_no_worse(sizes: list[tuple[float, 
     assert soonest(course(sizes, stays), START)[0] == order
 
 
+@pytest.mark.slow
 def test_the_heuristic_comes_close_to_the_best_of_all() -> None:
     sizes = [(8.0, 40), (20.0, 60), (30.0, 50), (12.0, 90), (25.0, 20), (15.0, 70), (30.0, 20)]
     exact, tried = course(sizes), course([*sizes, (8.0, 1)])

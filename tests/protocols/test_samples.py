@@ -37,6 +37,7 @@ def demo() -> Plan:
     return plan_of("demo.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*CAMPAIGNS, pytest.param("paper-full.toml", marks=pytest.mark.long)])
 def test_shipped_campaigns_keep_every_limit(name: str) -> None:
     made = plan_of(name)

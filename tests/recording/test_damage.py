@@ -146,11 +146,13 @@ def altered_at(content: bytes, altered: bytes) -> int:
     return differ[0] if differ else len(altered)
 
 
+@pytest.mark.slow
 def test_a_damaged_journal_gives_true_values_or_none(tmp_path: Path) -> None:
     tally = journals_damaged(tmp_path, 25, seed=1)
     assert tally["part"] > 5
 
 
+@pytest.mark.slow
 def test_a_damaged_run_file_is_found(tmp_path: Path) -> None:
     tally = run_files_damaged(tmp_path, 10, seed=2)
     assert tally["found"] > 5

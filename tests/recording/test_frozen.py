@@ -122,6 +122,7 @@ def test_it_is_evaluated_as_on_its_first_day(frozen: tuple[Path, dict[str, Any]]
     assert_same(evaluation_of(path), wanted["evaluation"], ESTIMATOR, path.stem)
 
 
+@pytest.mark.slow
 def test_a_repacked_copy_is_read_alike(frozen: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
     if shutil.which("h5repack") is None:
         pytest.skip("h5repack is not installed (Debian: hdf5-tools)")

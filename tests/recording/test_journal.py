@@ -106,6 +106,7 @@ anything: st.SearchStrategy[Record] = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(anything, max_size=8), st.booleans())
 def test_round_trip_of_anything(records: list[Record], ended: bool) -> None:
     if ended:
@@ -137,6 +138,7 @@ class temporary:  # noqa: N801 - hypothesis examples must not share pytest's fol
         self.folder.cleanup()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tail", [b"", b"\0" * 5000], ids=["cut", "cut before reserved space"])
 def test_torn_at_every_byte_of_the_last_record(tmp_path: Path, tail: bytes) -> None:
     records = some_records(2)[:4]  # the last one is data, with its layout known

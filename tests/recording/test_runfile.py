@@ -252,6 +252,7 @@ def test_a_newer_format_is_refused_by_its_number(tmp_path: Path) -> None:
         open_run(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [0, "1", 1.5, None, True])
 def test_a_version_that_is_none_is_refused(tmp_path: Path, version: Any) -> None:
     path = written(tmp_path / "run-1.h5")
@@ -267,6 +268,7 @@ def test_a_missing_unit_is_refused(tmp_path: Path) -> None:
         open_run(path)
 
 
+@pytest.mark.slow
 def test_another_unit_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path / "run-1.h5")
     rewritten(path, lambda tree: tree["entry/controller/time_us"].attrs.modify("units", "ms"))
@@ -315,6 +317,7 @@ def test_a_removed_dataset_is_refused(tmp_path: Path) -> None:
         open_run(path)
 
 
+@pytest.mark.slow
 def test_a_repacked_file_is_accepted(tmp_path: Path) -> None:
     path = written(tmp_path / "run-1.h5")
     copy = tmp_path / "copy.h5"
@@ -350,6 +353,7 @@ def test_foreign_hdf5_is_refused(tmp_path: Path) -> None:
         open_run(tmp_path / "none.h5")
 
 
+@pytest.mark.slow
 def test_a_truncated_file_is_refused_at_any_length(tmp_path: Path) -> None:
     path = written(tmp_path / "run-1.h5")
     data = path.read_bytes()
@@ -382,6 +386,7 @@ def test_what_metadata_must_say(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=4),
     st.floats(-0.01, 0.01),

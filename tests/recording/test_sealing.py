@@ -39,6 +39,7 @@ def peak_memories(folder: Path, megabytes: int) -> tuple[float, float, float]:
     return before, sealed, verified
 
 
+@pytest.mark.slow
 def test_sealing_does_not_hold_the_run_in_memory(tmp_path: Path) -> None:
     before, sealed, verified = peak_memories(tmp_path, 80)
     assert sealed - before < 90.0
@@ -85,6 +86,7 @@ def failure_of(journal: Path, target: Path, pwrite: Pwrite) -> OSError | None:
     return None
 
 
+@pytest.mark.slow
 def test_a_write_that_fails_anywhere_is_told_and_nothing_is_left(tmp_path: Path) -> None:
     """HDF5 itself would crash the interpreter at its end (h5py issue 914)."""
     journal = journal_of(tmp_path)

@@ -28,6 +28,7 @@ def test_a_whole_run_has_no_findings(tmp_path: Path) -> None:
     assert verify(written(tmp_path / "run-1.h5")) == []
 
 
+@pytest.mark.slow
 def test_every_flipped_bit_is_found_and_none_gives_other_values(tmp_path: Path) -> None:
     path = written(tmp_path / "run-1.h5")
     good = path.read_bytes()
@@ -75,6 +76,7 @@ def test_what_a_recording_lacks_is_a_note(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_verify_refuses_what_is_no_run(tmp_path: Path) -> None:
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as tree:
@@ -108,6 +110,7 @@ def test_catalogue_lists_all_and_says_which_are_damaged(tmp_path: Path) -> None:
         list_runs(tmp_path / "empty")
 
 
+@pytest.mark.slow
 def test_damage_on_which_hdf5_never_ends_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Texts of attributes lie in a heap without check sum: the length of its last is wrong in a bit."""
     path = written(tmp_path / "run-1.h5")
@@ -151,6 +154,7 @@ def test_a_file_as_sealed_is_opened_without_another_process(
     assert open_run(path).id == "run-1"
 
 
+@pytest.mark.slow
 def test_a_rewritten_file_with_the_same_contents_opens(tmp_path: Path) -> None:
     """As h5repack does it, from another folder than that of the code."""
     path = written(tmp_path / "run-1.h5")

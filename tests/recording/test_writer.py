@@ -367,6 +367,7 @@ def kill_and_recover(directory: Path, acknowledgements: list[int]) -> None:
     assert max(acknowledged) > 0
 
 
+@pytest.mark.slow
 def test_kill_9_loses_nothing_acknowledged(tmp_path: Path) -> None:
     kill_and_recover(tmp_path, [0, 1, 2, 5, 17, 40, 70, 100])
 
@@ -410,6 +411,7 @@ def journal_without_end(directory: Path) -> Path:
     return recorder.path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stride", [11, pytest.param(1, marks=pytest.mark.long)])
 def test_sealing_killed_at_every_system_call(tmp_path: Path, stride: int) -> None:
     (tmp_path / "source").mkdir()

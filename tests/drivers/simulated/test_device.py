@@ -146,6 +146,7 @@ def test_truth_of_a_long_run_is_merged_without_loss(tmp_path: Path) -> None:
     assert stand.truth.arrays()["sequence"].tolist() == list(range(2100))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("table", "says"),
     [

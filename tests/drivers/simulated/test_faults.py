@@ -187,6 +187,7 @@ def test_a_clock_that_jumps_and_a_ring_that_forgets() -> None:
         controller.read_block()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "told"),
     [
@@ -241,6 +242,7 @@ def test_a_controller_that_trips_and_one_whose_watchdog_runs_out() -> None:
         assert status.watchdog_trips == (code == 1)
 
 
+@pytest.mark.slow
 def test_registers_stand_still_and_go_on() -> None:
     stand = opened("controller=stuck@1:2")
     controller = stand.stand.controller
@@ -252,6 +254,7 @@ def test_registers_stand_still_and_go_on() -> None:
     assert len(set(seen)) == 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "told"),
     [
@@ -276,6 +279,7 @@ def test_the_sensors_in_process_say_it(fault: str, told: str) -> None:
     assert told in " ".join(item.what for item in sensor.drain() if isinstance(item, SensorFault))
 
 
+@pytest.mark.slow
 def test_a_stale_sensor_gives_nothing_and_a_frozen_one_the_same() -> None:
     stand = opened("temperature_1=stale@2", "temperature_2=frozen@2")
     stale, frozen = stand.stand.sensors[1:3]
@@ -286,6 +290,7 @@ def test_a_stale_sensor_gives_nothing_and_a_frozen_one_the_same() -> None:
     assert len(set(counts[1:])) == 1
 
 
+@pytest.mark.slow
 def test_lost_frames_of_the_amplifier_are_counted() -> None:
     stand = opened("amplifier=drop@1:2,share=0.5")
     sensor = stand.stand.sensors[0]
@@ -301,11 +306,13 @@ def test_lost_frames_of_the_amplifier_are_counted() -> None:
     assert total == pytest.approx(750, abs=15)
 
 
+@pytest.mark.slow
 def test_faults_that_this_stand_cannot_have_are_refused() -> None:
     with pytest.raises(BadInput, match="the stand has no temperature_9; did you mean"):
         opened("temperature_9=crc@1")
 
 
+@pytest.mark.slow
 def test_the_socket_of_a_served_stand(tmp_path: Path) -> None:
     path = tmp_path / "stand.toml"
     text = SAMPLE_STAND.read_text(encoding="utf-8")
@@ -341,6 +348,7 @@ def ask_end(at: Path) -> str:
     return line.rpartition(":")[2]
 
 
+@pytest.mark.slow
 def test_a_request_that_is_none_does_no_harm(tmp_path: Path) -> None:
     path = tmp_path / "stand.toml"
     text = SAMPLE_STAND.read_text(encoding="utf-8")

@@ -179,6 +179,7 @@ def test_the_same_seed_gives_the_same_stand_waits_and_all(tmp_path: Path) -> Non
     assert [at_s for at_s, *_ in other] != [at_s for at_s, *_ in one]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ways", [[0.0] * 5, [0.01, 0.0, 0.002, 0.0, 0.0]])
 def test_what_is_sent_arrives_in_its_order_and_not_before_its_time(ways: list[float]) -> None:
     async def main() -> list[tuple[int, float]]:

@@ -189,6 +189,7 @@ def test_a_lost_link_fails_after_its_timeout_and_the_stand_saves_itself(tmp_path
     assert controller.status().state is MotionState.HOLDING
 
 
+@pytest.mark.slow
 def test_rejections_name_command_and_reason(tmp_path: Path) -> None:
     controller = opened(tmp_path).stand.controller
     with pytest.raises(CommandRejected, match="ramp to 20 mm at 50 mm/s: not possible in the present state"):
@@ -200,6 +201,7 @@ def test_rejections_name_command_and_reason(tmp_path: Path) -> None:
         controller.enable(force_limit_kN=700.0, stroke_limit_mm=105.0, watchdog_ms=2000)
 
 
+@pytest.mark.slow
 def test_reading_too_late_counts_what_is_lost(tmp_path: Path) -> None:
     made = opened(tmp_path)
     made.clock.sleep(70.0)
@@ -208,6 +210,7 @@ def test_reading_too_late_counts_what_is_lost(tmp_path: Path) -> None:
     assert block.lost == block.first_sequence == made.device.ring.total - 65536
 
 
+@pytest.mark.slow
 def test_the_truth_need_not_be_kept(tmp_path: Path) -> None:
     made = open_in_process(stand_file(tmp_path), spring=FrictionSpring(), log_truth=False)
     made.clock.sleep(1.0)
@@ -215,6 +218,7 @@ def test_the_truth_need_not_be_kept(tmp_path: Path) -> None:
     assert made.truth.arrays()["force_kN"].size == 0
 
 
+@pytest.mark.slow
 def test_virtual_clock_never_steps_back() -> None:
     clock = VirtualClock()
     seen: list[float] = []

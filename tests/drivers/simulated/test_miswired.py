@@ -266,6 +266,7 @@ def test_what_cannot_be_wired_so_is_refused(tmp_path: Path, table: str, said: st
     assert said in str(refused.value)
 
 
+@pytest.mark.slow
 def test_an_amplifier_that_is_not_there_cannot_be_wired_wrong(tmp_path: Path) -> None:
     file = stand_file(tmp_path, f"{STAND}\n[simulation.miswired.amplifier]\nscale = 0.1\n")
     settings = simulation_settings(file)

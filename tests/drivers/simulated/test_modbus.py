@@ -287,6 +287,7 @@ def test_pipelined_requests_are_each_answered_in_order(served: Served) -> None:
         assert_silent(wire)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [0, 2, 255])
 @pytest.mark.parametrize("request_", [READ_ONE, SWITCH_ON, bytes.fromhex("03 fff0 0001")])
 def test_another_unit_is_not_there(served: Served, unit: int, request_: bytes) -> None:
@@ -296,12 +297,14 @@ def test_another_unit_is_not_there(served: Served, unit: int, request_: bytes) -
     assert not served.stand.controller.valve_on
 
 
+@pytest.mark.slow
 def test_what_is_not_modbus_is_hung_up_on(served: Served) -> None:
     with raw(served.port) as wire:
         wire.sendall(b"GET / HTTP/1.1\r\n\r\n")
         assert wire.recv(100) == b""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("torn", [0, 5])
 def test_a_cut_link_is_deaf_and_dumb_and_comes_back(served: Served, torn: int) -> None:
     """What was sent into the cut is neither done nor answered, also not later."""
@@ -323,6 +326,7 @@ def test_a_cut_link_is_deaf_and_dumb_and_comes_back(served: Served, torn: int) -
         assert served.stand.controller.valve_on
 
 
+@pytest.mark.slow
 def test_a_link_cut_as_a_request_is_done_does_nothing_and_says_nothing(served: Served) -> None:
     served.cut_by_catching_up = True
     with raw(served.port) as wire:
@@ -333,6 +337,7 @@ def test_a_link_cut_as_a_request_is_done_does_nothing_and_says_nothing(served: S
     assert not served.stand.controller.valve_on
 
 
+@pytest.mark.slow
 def test_a_second_implementation_agrees(served: Served) -> None:
     """pyModbusTCP: reads, single and multiple writes, FC23 (its own encoding of each)."""
     served.per_request = 20
@@ -355,6 +360,7 @@ def test_a_second_implementation_agrees(served: Served) -> None:
     client.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("port", ["taken", 70_000])
 def test_a_port_that_cannot_be_had_is_said(served: Served, port: int | str) -> None:
     wanted = served.port if isinstance(port, str) else port
@@ -367,6 +373,7 @@ def test_a_port_that_cannot_be_had_is_said(served: Served, port: int | str) -> N
         asyncio.run(start())
 
 
+@pytest.mark.slow
 def test_a_request_catches_up_once_and_acts_only_if_it_writes(served: Served) -> None:
     """Acknowledging is no act, and the echo of a single write needs no newer sample."""
     exchange = bytes.fromhex("17 0104 0079 0100 0002 04 0000 0000")
@@ -380,6 +387,7 @@ def test_a_request_catches_up_once_and_acts_only_if_it_writes(served: Served) ->
 LITTLE = (Path(__file__).parents[3] / "drivers/profiles/ring.toml").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_another_map_with_little_words_works_alike(tmp_path: Path) -> None:
     text = LITTLE.replace('word_order = "big"', 'word_order = "little"').replace(
         "address = 84", "address = 86"
@@ -397,6 +405,7 @@ def test_another_map_with_little_words_works_alike(tmp_path: Path) -> None:
     assert rows["tick"].tolist() == [1000 * n for n in range(4, 18)]
 
 
+@pytest.mark.slow
 def test_a_map_of_what_is_not_measured_is_refused(tmp_path: Path) -> None:
     text = LITTLE.replace('"command:i16"', '"current:i16"')
     (tmp_path / "other.toml").write_text(text, encoding="utf-8")

@@ -360,6 +360,7 @@ def test_a_starved_stand_makes_up_little_with_each_request(tmp_path: Path) -> No
     assert server.device.ring.total == 210  # … not for a command
 
 
+@pytest.mark.slow
 def test_one_at_the_walls_speed_drops_nothing_that_it_was_too_late_for(tmp_path: Path) -> None:
     server, clock = served(tmp_path, 1.0)
     clock.wall = 10.0
@@ -368,6 +369,7 @@ def test_one_at_the_walls_speed_drops_nothing_that_it_was_too_late_for(tmp_path:
     assert server.device.ring.total == 10_000
 
 
+@pytest.mark.slow
 def test_a_fast_stand_loses_nothing_to_a_slow_reader(tmp_path: Path) -> None:
     """As the wire does it: each window a second of wall time late, at ten times the speed."""
     server, clock = served(tmp_path, 10.0)

@@ -148,6 +148,7 @@ def test_flicker_has_the_stated_deviation_and_falls_as_one_over_f() -> None:
     assert max(density) < 2.0 * min(density)  # f S(f) is level: 1/f
 
 
+@pytest.mark.slow
 def test_the_hum_is_the_mains() -> None:
     values = np.zeros((1000, 2))
     wander(flicker=0.0, hum=0.1).add(DT_S * np.arange(1, 1001), values)

@@ -68,6 +68,7 @@ def test_a_second_stand_in_the_same_folder_has_no_sign(tmp_path: Path) -> None:
     first.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "wait", "waits"), [(1.0, False, False), (1.0, True, True), (10.0, False, True)]
 )

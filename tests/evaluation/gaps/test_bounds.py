@@ -116,6 +116,7 @@ def assert_holds(tally: Tally, samples: int, noise: float) -> None:
     assert tally.over <= 0.01 * tally.figures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 5e-4])
 @pytest.mark.parametrize(
     ("shape", "samples"), [("sine", 50), ("sine", 1000), ("triangle", 200), ("dwell", 100)]
@@ -137,6 +138,7 @@ def test_a_sample_in_a_thousand_costs_no_cycle_at_length(shape: Shape, samples: 
     assert_holds(tally, samples, noise)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "share", [0.05, 0.2, *(pytest.param(share, marks=pytest.mark.long) for share in (0.02, 0.09))]
 )

@@ -39,6 +39,7 @@ def test_a_record_without_rests_to_be_filled_is_read_as_it_is() -> None:
     assert record.read.all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [10, 50])
 def test_the_level_of_a_rest_is_known_by_its_samples_that_were_read(every: int) -> None:
     inside, widest = [], 0.0

@@ -84,6 +84,7 @@ def test_a_gain_that_changes_at_a_small_force() -> None:
     assert jump.start_s == pytest.approx(48.82, abs=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "count"), [(1.06, 1), (1.0, 0), (0.9, 0), (0.75, 1)])
 def test_strokes_without_loops_are_compared_on_their_way_in(gain: float, count: int) -> None:
     """The record begins at 20 mm of stroke 1; the gain changes in the pause after it."""
@@ -107,6 +108,7 @@ def test_a_held_force_makes_no_jump_and_hides_none(*, jumps: bool) -> None:
     assert len(of_kind(run, "gain-jump")) == int(jumps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jumps_kN", [0.0, 14.0])
 def test_a_motion_that_stops_within_a_pass_makes_no_jump(jumps_kN: float) -> None:
     """What comes of the speed is let go where the motion stops, for 2 s, on the way to a sine."""
@@ -121,6 +123,7 @@ def test_a_motion_that_stops_within_a_pass_makes_no_jump(jumps_kN: float) -> Non
     assert [one.start_s for one in found] == pytest.approx([4.0] if jumps_kN else [], abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("offset_kN", "count"), [(45.0, 1), (-45.0, 1), (0.0, 0)])
 def test_the_force_at_rest_is_not_that_of_the_way_in(offset_kN: float, count: int) -> None:
     """The record begins with the motion; the zero moves 0.1 s before the first stroke ends."""
@@ -135,6 +138,7 @@ def test_the_force_at_rest_is_not_that_of_the_way_in(offset_kN: float, count: in
     assert not count or run.verdict == "inconclusive"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("waves_mm", [0.0, 0.2])
 def test_a_ramp_that_no_other_pass_is_like_may_stop(waves_mm: float) -> None:
     """Friction is let go where a ramp stops, as no other pass shows; a draw wire may wave there."""
@@ -150,6 +154,7 @@ def test_a_ramp_that_no_other_pass_is_like_may_stop(waves_mm: float) -> None:
     assert not [*of_kind(run, "gain-jump"), *of_kind(run, "offset-jump")]
 
 
+@pytest.mark.slow
 def test_a_preload_that_a_filter_spreads_makes_no_jump() -> None:
     """No other pass is like the first, which goes on to the top; its contact takes nine samples."""
     time_s = np.arange(0.0, 12.0, 0.005)
@@ -161,6 +166,7 @@ def test_a_preload_that_a_filter_spreads_makes_no_jump() -> None:
     assert not of_kind(run, "gain-jump")
 
 
+@pytest.mark.slow
 def test_a_preload_that_is_let_go_while_the_stroke_is_held_makes_no_jump() -> None:
     time_s = np.linspace(0.0, 1.0, 101)
     force = Samples("force", time_s, np.where(time_s < 0.5, 0.2, 23.0 + 100.0 * (time_s - 0.5))[::-1])

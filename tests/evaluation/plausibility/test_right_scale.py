@@ -36,6 +36,7 @@ def test_loops_that_are_clipped_have_no_sign_and_no_stiffness() -> None:
     assert told == [{"unit", "sign"}, set()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "stroke_factor", "force_factor"),
     [("sign", 1.0, -1.0), ("sign", -1.0, 1.0), ("unit", 1e-3, 1.0), ("unit", 1.0, 1e3)],

@@ -22,6 +22,7 @@ def test_the_first_sample_is_the_turn(power: float, samples: int, noise_mm: floa
     assert cycles[0].stroke_min_mm == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_stand_that_eases_out_of_its_rest_with_the_first_sample_hides_it_in_no_wide_window() -> None:
     """Strokes of 7 mm/s, 30 samples a second, 50 ms to full speed: a wide window does not see them."""
     inside, u_mm = [], []

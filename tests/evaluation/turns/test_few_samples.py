@@ -26,6 +26,7 @@ def sampled(shape: str, samples: float, phase: float, noise: float = 0.01) -> Re
     return make_record(np.arange(count) * 0.1, stroke, force)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["harmonic", "static"])
 @pytest.mark.parametrize("shape", ["sine", "triangle", "saw-tooth"])
 @pytest.mark.parametrize("samples", [2.5, 5, 8, 10, 15])
@@ -59,6 +60,7 @@ def test_three_samples_of_a_branch_are_enough_to_look_at_it_and_ten_a_cycle_too_
         assert why.startswith("what lies between its samples, 0.1 s apart, may ")
 
 
+@pytest.mark.slow
 def test_what_few_samples_may_hide_is_bounded() -> None:
     """Sines of 314.16 J, from so few samples that they are 1 % off, or from enough."""
     true_J = np.pi * 10.0 * 10.0

@@ -65,6 +65,7 @@ def test_a_damper_with_the_other_sign_is_told_to_be_that() -> None:
     assert "delay_s" in finding.text
 
 
+@pytest.mark.slow
 def test_an_early_force_with_the_other_sign_is_not_late() -> None:
     def change(time_s: Floats, stroke: Floats, force: Floats) -> tuple[Floats, Floats, Floats]:
         return time_s, stroke, -np.interp(time_s + 0.6, time_s, force)

@@ -27,6 +27,7 @@ def deviations(seeds) -> dict[str, np.ndarray]:
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
+@pytest.mark.slow
 def test_a_noisy_campaign_gives_every_parameter_within_its_interval():
     # 23 intervals of 95 %: 17 hits or fewer come by chance once in a thousand times, and 200 campaigns follow
     # below; a mistake in the weights or the Jacobian shows at once.

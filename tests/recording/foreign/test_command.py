@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from . import makers
 
 
@@ -41,6 +43,7 @@ def test_what_was_decided_is_shown(tmp_path: Path) -> None:
     assert "  force         <- “Rig/force” in kN (unit: unit_string)" in said
 
 
+@pytest.mark.slow
 def test_one_bad_file_does_not_stop_the_others(tmp_path: Path) -> None:
     makers.csv_comma(tmp_path / "good.csv")
     (tmp_path / "bad.csv").write_text("time [s],stroke [mm],force [kN]\n0,1,2\n1,x,3\n")
@@ -56,6 +59,7 @@ def test_one_bad_file_does_not_stop_the_others(tmp_path: Path) -> None:
     assert "warning: bad.csv: 1 cell(s) that are no number, taken as no value" in salvaged.stderr
 
 
+@pytest.mark.slow
 def test_what_is_no_regular_file_is_refused_at_once(tmp_path: Path) -> None:
     """A pipe cannot be read twice, and one that nobody writes to would be waited for."""
     os.mkfifo(tmp_path / "pipe.csv")

@@ -205,6 +205,7 @@ def test_tdms_stroke_and_force_by_different_clocks_are_refused(tmp_path: Path) -
     assert "no clock in common (time from column, and from waveform (wf_increment))" in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [pytest.param(0.1, marks=pytest.mark.long), 0.8])
 def test_broken_files_are_refused_or_read_in_part_and_never_a_traceback(tmp_path: Path, share: float) -> None:
     """Cut off, and with bytes overwritten, at many places: either numbers, or one message."""

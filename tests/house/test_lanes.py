@@ -1,0 +1,56 @@
+"""The fast lane touches every room, and what it runs of each is held by a floor."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from tests.coverage_floors import FLOORS, by_room, fallen
+from tests.slow import SLOW
+
+ROOT = Path(__file__).resolve().parents[2]
+ROOMS = sorted(path.name for path in (ROOT / "bufferstand").iterdir() if path.is_symlink())
+
+
+@pytest.mark.slow
+def test_the_fast_lane_touches_every_room() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "--collect-only", "-q", "--fast", "-p", "no:cacheprovider", "tests"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr
+    listed = [line for line in done.stdout.splitlines() if line.startswith("tests/") and "::" in line]
+    counted = Counter(line.split("/")[1].partition("_")[0] for line in listed)
+    assert {room: counted[room] for room in ROOMS if counted[room] < 40} == {}
+
+
+def test_what_is_listed_as_slow_is_there() -> None:
+    assert list(SLOW) == sorted(set(SLOW))
+    assert [place for place in SLOW if not (ROOT / place).exists()] == []
+
+
+def test_every_room_has_a_floor() -> None:
+    floors = tomllib.loads(FLOORS.read_text(encoding="utf-8"))["percent"]
+    assert sorted(floors) == ROOMS
+    assert all(isinstance(floor, int) for floor in floors.values())
+
+
+def test_a_room_that_falls_is_named() -> None:
+    def lines(ran: int) -> dict[str, dict[str, int]]:
+        return {"summary": {"num_statements": 100, "covered_lines": ran}}
+
+    shares = by_room(
+        {"files": {"daq/a.py": lines(90), "daq/guards/b.py": lines(70), "model/c.py": lines(50)}}
+    )
+    assert shares == {"daq": 80.0, "model": 50.0}
+    assert fallen(shares, {"daq": 80, "model": 50}) == []
+    assert fallen(shares, {"daq": 81, "model": 50, "cli": 1}) == [
+        "daq: 80.0 % of its lines run in the fast lane, the floor is 81 %",
+        "cli: 0.0 % of its lines run in the fast lane, the floor is 1 %",
+    ]
+    assert fallen(shares, {"daq": 80}) == ["model: no floor in coverage_floors.toml"]
