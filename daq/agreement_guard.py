@@ -68,6 +68,7 @@ class AgreementGuard(Guard[AgreementMemory]):
     settings: ClassVar = ("guards.agreement_kN", "guards.action.agreement")
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`agreement`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 110
     remembers: ClassVar = AgreementMemory
     of_zero: ClassVar = True

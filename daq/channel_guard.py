@@ -63,6 +63,7 @@ class ChannelGuard(Guard[ChannelMemory]):
     )  # fmt: skip
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`force`", "`stroke`", "`tilt`", "`following error`")
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 70
     remembers: ClassVar = ChannelMemory
     of_zero: ClassVar = True

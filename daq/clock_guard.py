@@ -48,6 +48,7 @@ class DeviceClockGuard(Guard[DeviceClockMemory]):
     settings: ClassVar = ()
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`clock`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 100
     remembers: ClassVar = DeviceClockMemory
     standing: ClassVar = True
@@ -121,6 +122,7 @@ class ComputerClockGuard(Guard[HostMemory | None]):
     settings: ClassVar = ()
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`clock`, `pause`",)
+    looks_at: ClassVar = (PassOver,)
     turn: ClassVar = 5
     in_journal: ClassVar = False
     standing: ClassVar = True
@@ -219,6 +221,7 @@ class LagGuard(Guard[LagMemory]):
     settings: ClassVar = ("guards.lag_stop_s",)
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`lag`",)
+    looks_at: ClassVar = (Snapshot,)
     turn: ClassVar = 130
     in_journal: ClassVar = False
 

@@ -83,6 +83,7 @@ class ControllerGuard(Guard[ControllerMemory]):
     settings: ClassVar = ("guards.controller_silence_s", "guards.gap_stop_s")
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`controller`", "`ring`")
+    looks_at: ClassVar = (Samples, Snapshot, PassOver)
     turn: ClassVar = 50
 
     silence_s: float

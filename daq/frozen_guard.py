@@ -50,6 +50,7 @@ class FrozenGuard(Guard[FrozenMemory]):
     settings: ClassVar = ("guards.action.frozen",)
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`frozen …`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 90
     remembers: ClassVar = FrozenMemory
     of_zero: ClassVar = True

@@ -74,6 +74,8 @@ class Guard(ABC, Generic[MemoryT]):
     facts_as : str
         How the run file holds it: a ``list``, ``one`` (null without one), or ``none`` where nothing of it can
         be set.
+    looks_at : tuple of type
+        The sights that it is asked for (:mod:`bufferstand.daq.guard_sights`).
     docs : tuple of str
         First cells of its rows in docs/guards-and-safe-stop.md, for the kinds of this folder.
     turn : int
@@ -92,6 +94,7 @@ class Guard(ABC, Generic[MemoryT]):
     title: ClassVar[str]
     settings: ClassVar[type[Settings] | tuple[str, ...]]
     facts_as: ClassVar[Literal["list", "one", "none"]]
+    looks_at: ClassVar[tuple[type[Sight], ...]]
     docs: ClassVar[tuple[str, ...]] = ()
     turn: ClassVar[int] = 1000
     standing: ClassVar[bool] = False
@@ -132,7 +135,7 @@ class Guard(ABC, Generic[MemoryT]):
         memory
             Of the look before.
         sight : Samples, Judged, Complaint, Snapshot, Recorded, PassOver or MotionOver
-            What came; a guard returns its memory as it is for what it does not look at.
+            What came; of a stream that is not its own, a guard returns its memory as it is.
         beside : Beside
             Time, and what others know.
         """
@@ -171,6 +174,6 @@ class Guard(ABC, Generic[MemoryT]):
         return False
 
 
-_STATED = ("kind", "title", "settings", "facts_as")
+_STATED = ("kind", "title", "settings", "facts_as", "looks_at")
 _DEFINED = ("look", "margin")
 _ACTIONS = {"action", "silence_action"}

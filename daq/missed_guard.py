@@ -36,6 +36,7 @@ class MissedGuard(Guard[MissedMemory]):
     settings: ClassVar = ("guards.missed_cycles_max_per_min",)
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`missed cycles`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 60
     remembers: ClassVar = tuple
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 from bufferstand.daq.controller_guard import ControllerGuard, ControllerMemory, new_limit
 from bufferstand.daq.guard_catalogue import kinds
@@ -199,8 +199,11 @@ class GuardPanel:
     def change(self, guards: GuardSet) -> None:
         """Replace the guards (limits of another step); what was seen of the sensors is kept."""
         self.guards = guards
-        self._asked = [((guard.kind, guard.key), guard) for guard in guards]
-        for place, guard in self._asked:
+        self._in_force = [((guard.kind, guard.key), guard) for guard in guards]
+        self._asked = {
+            sight: [one for one in self._in_force if sight in one[1].looks_at] for sight in get_args(Sight)
+        }
+        for place, guard in self._in_force:
             self._known[place] = guard
             if place not in self._memories:
                 self._memories[place] = guard.begin(self._began_s)
@@ -211,7 +214,7 @@ class GuardPanel:
         """Have every guard look, and latch what it says."""
         self.at_s = at_s
         self.wall_s = self.wall_s if wall_s is None else wall_s
-        for place, guard in self._asked:
+        for place, guard in self._asked[type(sight)]:
             self._memories[place], found = guard.look(self._memories[place], sight, self)
             if found is not None:
                 for trip in (found,) if isinstance(found, Trip) else found:
@@ -221,7 +224,7 @@ class GuardPanel:
         """Latch a trip, with what the doubting guards say of it; under either name it is said once."""
         own = trip
         if trip.believed and self._trip is None:
-            for place, guard in self._asked:
+            for place, guard in self._in_force:
                 trip = guard.explained(self._memories[place], trip, self)
         self.latch(trip)
         if own is not trip and own.action > Action.NOTE:
@@ -279,12 +282,12 @@ class GuardPanel:
             Whether a guard has begun to doubt, and will know from what comes next.
         """
         self._ask(MotionOver(), at_s)
-        return any(guard.is_unsure(self._memories[place]) for place, guard in self._asked)
+        return any(guard.is_unsure(self._memories[place]) for place, guard in self._in_force)
 
     def margins(self, wall_s: float) -> list[Margin]:
         """Return how far every guard is from its trip now [s of the wall], the gravest action first."""
         self.wall_s = wall_s
-        found = [guard.margin(self._memories[place], self) for place, guard in self._asked]
+        found = [guard.margin(self._memories[place], self) for place, guard in self._in_force]
         return sorted(found, key=lambda one: -one.action)
 
     # --- what happens --------------------------------------------------------------------------------

@@ -107,6 +107,7 @@ class TransducerGuard(Guard["PlausibilityGuard | None"]):
     settings: ClassVar = ()
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`plausibility of …`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 1
     in_journal: ClassVar = False
     lasting: ClassVar = True

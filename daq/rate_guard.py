@@ -52,6 +52,7 @@ class SpeedGuard(Guard[SpeedMemory]):
     settings: ClassVar = ("guards.speed_trip_mm_per_s", "guards.action.speed")
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`speed`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 80
     remembers: ClassVar = SpeedMemory
     of_zero: ClassVar = True
@@ -159,6 +160,7 @@ class HeatingGuard(Guard[HeatingMemory]):
     settings: ClassVar = ("guards.heating_max_K_per_min", "guards.action.heating")
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`heating of …`",)
+    looks_at: ClassVar = (Samples,)
     turn: ClassVar = 30
     remembers: ClassVar = tuple
 

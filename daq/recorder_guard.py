@@ -95,6 +95,7 @@ class DiskGuard(Guard[RecorderGuard]):
     settings: ClassVar = ("guards.disk_stop_s",)
     facts_as: ClassVar = "one"
     docs: ClassVar = ("`recorder`",)
+    looks_at: ClassVar = (Recorded,)
     turn: ClassVar = 140
     in_journal: ClassVar = False
     standing: ClassVar = True

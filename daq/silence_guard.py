@@ -41,6 +41,7 @@ class SilenceGuard(Guard[SilenceMemory]):
     settings: ClassVar = ("guards.amplifier_silence_s", "guards.action.amplifier_silence")
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`silence of amplifier`",)
+    looks_at: ClassVar = (Samples, Complaint, PassOver)
     turn: ClassVar = 10
 
     stream: str

@@ -40,6 +40,7 @@ class StatusForceGuard(Guard[StatusForceMemory]):
     settings: ClassVar = ()
     facts_as: ClassVar = "none"
     docs: ClassVar = ("`status force`",)
+    looks_at: ClassVar = (Snapshot,)
     turn: ClassVar = 120
     remembers: ClassVar = StatusForceMemory
     in_journal: ClassVar = False

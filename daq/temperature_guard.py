@@ -70,6 +70,7 @@ class TemperatureGuard(Guard[TemperatureMemory]):
     )  # fmt: skip
     facts_as: ClassVar = "list"
     docs: ClassVar = ("`temperature_n` (specimen)", "`temperature_n` (ambient)", "`temperature_n`")
+    looks_at: ClassVar = (Samples, Complaint, PassOver)
     turn: ClassVar = 20
 
     stream: str

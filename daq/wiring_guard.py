@@ -35,6 +35,7 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
     settings: ClassVar = ("guards.force_against_model_factor", "guards.action.wiring")
     facts_as: ClassVar[Literal["list", "one", "none"]] = "one"
     docs: ClassVar = ("`wiring of …`",)
+    looks_at: ClassVar = (Samples, Judged, MotionOver)
     turn: ClassVar = 40  # before the limits: it says more of a wrong sign than the limit that it breaks
     remembers: ClassVar = WiringWatch
 

@@ -220,6 +220,7 @@ WHOLE: dict[str, Any] = {
     "title": "x",
     "settings": (),
     "facts_as": "none",
+    "looks_at": (),
     "made_for": nothing,
     "look": nothing,
     "margin": nothing,
