@@ -70,7 +70,7 @@ def best(tasks: Sequence[Callable[[], object]], rounds: int) -> list[float]:
 def isothermal(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
     """Measure numpy beside C for the force at one temperature; return the ratio of their speeds."""
     bare = replace(model, viscous=ViscousBranch())
-    cells, law = bare.tables.rows(), np.array(law_of(bare))
+    cells, law = np.ascontiguousarray(bare.tables.rows()), np.array(law_of(bare))
     soft, e = float(bare.temperature.softening(WARM_C)), float(bare.width_scale(WARM_C))
     force = np.empty_like(strokes)
 

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.catching_up import catch_up
-from bufferstand.daq.commanding import Commandable, Commanding
+from bufferstand.daq.commanding import Commanding
 from bufferstand.daq.force_cycling import cycle_between_forces
 from bufferstand.daq.force_row import ForceRow
 from bufferstand.daq.guards import Action, Trip
@@ -22,7 +22,7 @@ from bufferstand.daq.signals import StopLevel, StopRequest
 from bufferstand.daq.steadiness import SteadinessWatch
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason
 from bufferstand.foundation.errors import CommandRejected, WireLost
-from bufferstand.foundation.motions import StandStill
+from bufferstand.foundation.motions import Commandable, StandStill
 from bufferstand.protocols.steps import (
     ForceCycles,
     Harmonic,

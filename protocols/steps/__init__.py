@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bufferstand.foundation.motions import Harmonic, RampTo, Release, StaticCycles
 from bufferstand.protocols.steps.conditions import (
     Heating,
     StartBand,
@@ -10,13 +11,9 @@ from bufferstand.protocols.steps.conditions import (
 )
 from bufferstand.protocols.steps.motions import (
     ForceCycles,
-    Harmonic,
     Hold,
     Motion,
-    RampTo,
     RampToForce,
-    Release,
-    StaticCycles,
     TouchOff,
     WaitUntilCool,
     motion_dict,
