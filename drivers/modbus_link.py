@@ -542,7 +542,7 @@ class ModbusLink:
         return port.receive(self._patience_s(hurry=False))
 
     def _collect_ahead(self, patience_s: float) -> None:
-        """Let the reply to what was sent ahead come, and keep it: it is not to meet another's."""
+        """Wait for the reply to a request that was sent ahead, and keep it, so that no other request reads it."""
         ahead, self._ahead = self._ahead, None
         if ahead is not None and self._port is not None:
             try:
