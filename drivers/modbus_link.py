@@ -542,7 +542,7 @@ class ModbusLink:
         return port.receive(self._patience_s(hurry=False))
 
     def _collect_ahead(self, patience_s: float) -> None:
-        """Wait for the reply to a request that was sent ahead, and keep it, so that no other request reads it."""
+        """Wait for the reply to a request that was sent ahead, and keep it for that request alone."""
         ahead, self._ahead = self._ahead, None
         if ahead is not None and self._port is not None:
             try:
