@@ -1,4 +1,4 @@
-"""Estimates the temperature of the spring from sensors that lag behind it."""
+"""Estimates the temperature of the spring from sensors that lag behind it.
 
 A sensor follows the spring with first-order lag τ: τ dθ/dt = T − θ. So the spring's own temperature is
 
