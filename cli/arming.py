@@ -1,4 +1,4 @@
-"""Arming: before a real stand is moved, what will move is shown, and a person says that it is meant.
+"""Arming: before a real stand moves, the motion is announced and a person must confirm it.
 
 The person types an id that only who has looked at the stand can know to be right: of the specimen that is in
 it, or of the stand itself. Whoever starts from a script names it with ``--yes-move``. Nothing is asked of the

@@ -1,4 +1,4 @@
-"""``resume`` goes on as the campaign was begun: on the same kind of stand, and with what has changed said.
+"""``resume`` continues a campaign as it was begun: on the same kind of stand, with changes announced.
 
 What differs in the campaign's files is shown before anything is connected (:mod:`bufferstand.cli.edits`).
 Controller and software come after the consent to move: until then no device is touched. All that is done here

@@ -1,4 +1,4 @@
-"""What the commands of ``bufferstand stand`` share: the stand, its zero, consent, and how they end."""
+"""Common parts of the commands of ``bufferstand stand``: the stand, its zero, consent, and how they end."""
 
 from __future__ import annotations
 

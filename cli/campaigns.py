@@ -1,4 +1,4 @@
-"""A campaign file with everything that it names, read and planned: the beginning of plan, run and demo."""
+"""Reads and plans a campaign file with everything that it names: the beginning of plan, run and demo."""
 
 from __future__ import annotations
 

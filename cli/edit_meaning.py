@@ -1,4 +1,4 @@
-"""What an edit of a campaign's files means: for steps that have run, for those to come, and for limits."""
+"""The effect of edits of a campaign's files: on steps that have run, on those to come, and on limits."""
 
 from __future__ import annotations
 

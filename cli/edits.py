@@ -1,4 +1,4 @@
-"""What ``resume`` goes by: a campaign's files as they were taken, or as they were edited since.
+"""The files that ``resume`` uses: those of the campaign's beginning, or as they were edited since.
 
 Edits are shown as a diff, with what they mean for steps and limits, and the operator says whether to take
 them. A limit that was made stricter is never left out.

@@ -1,4 +1,4 @@
-"""A terminal that was closed, or a pipe that nobody reads any more: how that is known, and what is done."""
+"""A closed terminal, or a pipe without a reader: how it is recognised, and what is done."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How runs are judged: the options that ``evaluate`` and ``report`` share, with one meaning."""
+"""The options by which runs are judged, common to ``evaluate`` and ``report``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a start of a campaign is about to move, in the words in which it is announced."""
+"""The announcement of what a start of a campaign is about to move."""
 
 from __future__ import annotations
 

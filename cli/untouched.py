@@ -1,4 +1,4 @@
-"""What an interrupt says before anything is moved."""
+"""The message of an interrupt before anything has moved."""
 
 from __future__ import annotations
 

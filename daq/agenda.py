@@ -1,4 +1,4 @@
-"""What is left to do, in which order, and how long it will take, as the specimen becomes known."""
+"""The remaining steps of a campaign, their order and their time, updated as the specimen becomes known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What exists once the controller has said who it is."""
+"""The objects of a session that exist once the controller has identified itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A stand looked at as at a start, amid a campaign that waits with the valve off.
+"""Checks the stand as at a start, within a campaign that waits with the valve off.
 
 Nothing that was seen before is believed.
 

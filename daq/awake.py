@@ -1,4 +1,4 @@
-"""Whether this program looked all the time, and what a wait with the valve off does where it did not."""
+"""Whether this program ran without a pause, and what a wait with the valve off does if it did not."""
 
 from __future__ import annotations
 

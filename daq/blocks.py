@@ -1,4 +1,4 @@
-"""Blocks of one stream that follow each other, joined: one pass of the guards instead of many."""
+"""Joins consecutive blocks of one stream, so that the guards look once instead of many times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading all that was sampled before now: the reader can be behind the stand."""
+"""Reads all samples up to now: the reader can be behind the stand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What differs from what a campaign began with: in words, before and now.
+"""The differences from the beginning of a campaign, in words, before and now.
 
 Of its files every setting that has another value; of the controller who answers; of the software its version.
 """

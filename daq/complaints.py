@@ -1,4 +1,4 @@
-"""What sensors complain of: said once a run, each kind, and counted."""
+"""Complaints of sensors: each kind reported once a run, and counted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the full cycles of a sine reached, and which of them were off."""
+"""The strokes that the full cycles of a sine reached, and which of them were off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The time of a controller that may be started anew: it goes on by the stand's own."""
+"""The time of a controller that may be restarted: it continues by the stand's own time."""
 
 from __future__ import annotations
 

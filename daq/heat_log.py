@@ -1,4 +1,4 @@
-"""What a step did to the specimen: how warm it was before and after, and the work that stayed in it."""
+"""The heat of a step: the specimen's temperature before and after, and the absorbed work."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many periods of polling a run has no sample of: late polls are no gaps, but they are counted."""
+"""Counts the periods of polling without a sample: late polls are no gaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the stand was reached, and so whether it is a simulated one: a fact, whatever anything is called."""
+"""How the stand was reached, and so whether it is a simulated one, whatever its name is."""
 
 from __future__ import annotations
 

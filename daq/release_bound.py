@@ -1,4 +1,4 @@
-"""How far a release may go back: to where nothing presses the specimen any more, whatever the force reads.
+"""How far a release may go back: to where nothing can press the specimen, whatever the force reads.
 
 A controller's release goes on until it reads no force, and a wrong zero, a frozen or an exchanged force never
 is none. What is taken for its end: the first contact that was touched off, or where none was the piston's own

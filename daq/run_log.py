@@ -1,4 +1,4 @@
-"""What is said while a stand is looked at: an event of the run under way, or kept until there is one."""
+"""Messages while a stand is checked: events of the run, or kept until there is one."""
 
 from __future__ import annotations
 

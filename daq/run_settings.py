@@ -1,4 +1,4 @@
-"""How a campaign is run, apart from what it does."""
+"""How a campaign is run, apart from its steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the sensors on a specimen are heading: they lag behind the spring.
+"""Estimates the temperature of the spring from sensors that lag behind it.
 
 A sensor follows the spring with first-order lag τ: τ dθ/dt = T − θ. So the spring's own temperature is
 

@@ -1,4 +1,4 @@
-"""What is shown of a running campaign: where it is, the newest values, and lines that must not be missed."""
+"""The display of a running campaign: its state, the newest values, and important messages."""
 
 from __future__ import annotations
 

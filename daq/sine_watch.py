@@ -1,4 +1,4 @@
-"""What a cycle of a sine did: turns of specimen, piston and command, and the forces there."""
+"""Measures a cycle of a sine: turns of specimen, piston and command, and the forces there."""
 
 from __future__ import annotations
 

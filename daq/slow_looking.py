@@ -1,4 +1,4 @@
-"""What becomes of slow motions: strokes to a limit and ramps are read once they have ended."""
+"""Evaluates slow motions, strokes to a limit and ramps, once they have ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whose a stand is: what shows that it is in use, what is to be waited for, and the wait for it.
+"""Whether another program uses the stand, what is to be waited for, and the wait.
 
 A program that was killed leaves a motion behind that its controller ends by itself: the watchdog runs out,
 the force is taken away, the valve goes off, and the writer's lock falls free. Nothing is written to it here.

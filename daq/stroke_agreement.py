@@ -1,4 +1,4 @@
-"""By what strokes are commanded in a campaign, and to whom is said what becomes of them."""
+"""How strokes are commanded in a campaign, and who is informed of the result."""
 
 from __future__ import annotations
 

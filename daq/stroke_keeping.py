@@ -1,4 +1,4 @@
-"""What was learned of the stroke, on the disk: a line a step, and what is newer while a step is under way.
+"""Stores what was learned of the stroke: one line a step, and a newer file while a step is under way.
 
 ``strokes.jsonl`` has what was learned by the end of each step. A step may last for hours, and a program that
 is killed in it must not have learned for nothing: meanwhile ``strokes-now.json`` is written anew with the

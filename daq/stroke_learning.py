@@ -1,4 +1,4 @@
-"""What frame and actuator take of a stroke, learned from the cycles that were run.
+"""Learns from the cycles how much of a stroke frame and actuator take.
 
 Three things lie between the command and the specimen's stroke, and each is kept as what it is, so that what
 one step teaches holds for the next, whatever its stroke and frequency:

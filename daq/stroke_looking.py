@@ -1,4 +1,4 @@
-"""What becomes of a sine: it is looked at and corrected while it runs, and a row is kept."""
+"""Follows a sine: it is compared and corrected while it runs, and a row is kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The actuator as a law over frequency: a position loop behind a servo that follows late.
+"""The actuator as a law over frequency: a position loop behind a servo with a delay.
 
     1/H(f) = (1 + i s f) (g − b f² + i l f)
 

@@ -1,4 +1,4 @@
-"""How a warm-up went: part of the campaign as it was run."""
+"""The course of a warm-up, part of the campaign as it was run."""
 
 from __future__ import annotations
 

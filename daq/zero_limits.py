@@ -1,4 +1,4 @@
-"""How far off a zero may be found, and in which words one that is further off is refused."""
+"""The limits of a zero, and the messages that refuse one beyond them."""
 
 from __future__ import annotations
 

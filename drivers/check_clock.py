@@ -1,4 +1,4 @@
-"""How a device's clock runs against the computer's: what pairs of readings leave of its rate."""
+"""The rate of a device's clock against the computer's, from pairs of readings."""
 
 from __future__ import annotations
 

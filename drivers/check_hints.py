@@ -1,4 +1,4 @@
-"""What an engineer can do about a device that does not answer: found by looking further, nothing is set."""
+"""Advice for a device that does not answer: found by further reading, without setting anything."""
 
 from __future__ import annotations
 

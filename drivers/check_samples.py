@@ -1,4 +1,4 @@
-"""What comes of a controller while it is watched: its rate, what is lost, the cycles that it missed."""
+"""The samples of a controller during a check: rate, losses, missed cycles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a finding is to be taken, and how long is looked: the command names both before it imports the rest."""
+"""Grades of findings, and the time of a look; the command names both before it imports the rest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What readings of a device's clock leave of its rate: bounds, from when each was asked for and answered.
+"""Bounds for the rate of a device's clock, from the times of requests and replies.
 
 A reading is true somewhere between request and reply. Where is not known: on a busy computer the way there
 may take longer than the way back, for seconds on end, and the middles of the round trips then drift though no

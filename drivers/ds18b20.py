@@ -1,4 +1,4 @@
-"""DS18B20 readings as the Linux kernel's ``w1_slave`` file gives them, and every way in which they are none.
+"""DS18B20 readings as the Linux kernel's ``w1_slave`` file gives them, and all the ways in which they fail.
 
 Source: DS18B20 data sheet (scratchpad, CRC), kernel documentation of w1_therm, and what is known of
 counterfeit parts (docs/drivers.md).

@@ -1,4 +1,4 @@
-"""Whether another program is at work on a controller, whose samples are that one's then."""
+"""Whether another program uses a controller; the samples of its ring then belong to that program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long an outage of a controller's wire may last: by its watchdog, its ring, and how long is waited."""
+"""How long an outage of a controller's wire may last: by its watchdog, its ring, and the waiting times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a sensor's thread leaves what it read until the acquisition loop fetches it."""
+"""Holds what a sensor's thread has read until the acquisition loop fetches it."""
 
 from __future__ import annotations
 

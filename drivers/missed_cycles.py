@@ -1,4 +1,4 @@
-"""Cycles that a controller missed: steps of its clock without a sample, told from a clock that jumped."""
+"""Cycles that a controller missed: steps of its clock without a sample, unlike a clock that jumped."""
 
 from __future__ import annotations
 

@@ -500,7 +500,7 @@ class ModbusLink:
         )
 
     def _collect_ahead(self, patience_s: float) -> None:
-        """Let the reply to what was sent ahead come, and keep it: it is not to meet another's."""
+        """Wait for the reply to a request that was sent ahead, and keep it for that request alone."""
         ahead, self._ahead = self._ahead, None
         if ahead is not None and self._client is not None:
             try:

@@ -1,4 +1,4 @@
-"""How far apart in time the parts of a polled sample are: measured, and what it does to a figure."""
+"""The time between the parts of a polled sample: measured, with its effect on a figure."""
 
 from __future__ import annotations
 

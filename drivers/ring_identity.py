@@ -1,4 +1,4 @@
-"""Is it the device that the profile describes? And if not, what is wrong: device, address or word order?"""
+"""Checks that the device is that of the profile; if not, says if device, address or word order is wrong."""
 
 from __future__ import annotations
 

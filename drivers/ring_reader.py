@@ -1,4 +1,4 @@
-"""The sample ring's bookkeeping: what to ask for next, and whether what came is true, whole and new."""
+"""The bookkeeping of the sample ring: the next request, and checks that a reply is right, whole and new."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one way in which bad input is refused, and the exit statuses that users script against."""
+"""The exception for bad input, and the exit statuses that users script against."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pydantic finds in a settings file, as one message in plain words: place, what is wrong, what to do."""
+"""Turns pydantic's errors in a settings file into one plain message: place, problem, remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From which time between two samples on a signal has a hole, in which nothing is known of it."""
+"""The step of time from which on a signal counts as having a hole."""
 
 from __future__ import annotations
 

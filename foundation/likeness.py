@@ -1,4 +1,4 @@
-"""What a wrong factor looks like: a sign, a decimal place, or a unit that was taken for another."""
+"""Recognises a wrong factor: a sign, a decimal place, or a unit taken for another."""
 
 from __future__ import annotations
 

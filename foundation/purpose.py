@@ -1,4 +1,4 @@
-"""What a run is for: the one test that a statement of conformity rests on, or to know the specimen."""
+"""The purpose of a run: the conformity test of a specimen, or a characterisation of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How fast records come."""
+"""The sample rate of records."""
 
 from __future__ import annotations
 

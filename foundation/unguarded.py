@@ -1,4 +1,4 @@
-"""What is said, in one wording, of what a stand cannot guard."""
+"""The wording for what a stand cannot guard."""
 
 NO_TEMPERATURE_STOP = "this campaign has no temperature stop"
 """Of a stand without a thermometer on the specimen; the reason follows."""

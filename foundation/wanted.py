@@ -1,4 +1,4 @@
-"""What may stand at a place of a settings file, in words: read from the schema that checks it."""
+"""The values that a place of a settings file allows, in words, from its schema."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a check on a whole table finds wrong with one of its keys."""
+"""Reports the error of a check on a whole table at the key that is wrong."""
 
 from __future__ import annotations
 

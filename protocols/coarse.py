@@ -1,4 +1,4 @@
-"""A predictor that answers from a few temperatures, for a planner that asks thousands of times."""
+"""A predictor that interpolates between a few temperatures, for a planner that asks thousands of times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Between piston and specimen stands the machine: where the one is when the other is somewhere.
+"""The machine between piston and specimen: the stroke of one for the stroke of the other.
 
 Frame, load cell and fixture are springs in series with the specimen. Under a force F they give way by F / k,
 so that the piston is further than the specimen is compressed::

@@ -1,4 +1,4 @@
-"""From admitted requests to planned steps: forces, heat, temperatures, disk and hash of each."""
+"""Makes planned steps from admitted requests: forces, heat, temperatures, disk and hash of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long a specimen rests after cycles until its sensor shows what its spring has."""
+"""How long a specimen must rest after cycles until its sensor shows the temperature of its spring."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the steps that a user wrote to single steps in order, and from those to motions."""
+"""Expands the steps of a campaign file into single steps in order, and these into motions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way into a sine, on which the forces are greatest: ramp, the cycle in, and the first full cycle.
+"""The way into a sine, with its greatest forces: ramp, the growing cycle, and the first full cycle.
 
 Which force must a limit allow? That of the *first* loading. The settled loop of a small amplitude lies far
 below the loading branch, because each small unloading costs more force than the loading after it brings back;

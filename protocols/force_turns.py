@@ -1,4 +1,4 @@
-"""At which strokes a specimen is expected to have the forces between which it is cycled."""
+"""The strokes at which a specimen is expected to reach the two forces of its cycles."""
 
 from __future__ import annotations
 

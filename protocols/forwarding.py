@@ -1,4 +1,4 @@
-"""A predictor that asks another one: those that change some of its answers say only which."""
+"""A predictor that passes calls on to another one; subclasses override what they change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""In which order, and with which pauses, a campaign ends soonest within its temperature limit.
+"""Finds the order and the pauses with which a campaign ends soonest within its temperature limit.
 
 A spring cools the faster the warmer it is, and a warm one absorbs less; but a step that brings much heat must
 begin cool, and the way down to there is long. So the order decides how long the pauses are. Where there are

@@ -1,4 +1,4 @@
-"""What the planner asks of the spring model, as the smallest interface that will do, and its adapter."""
+"""What the planner asks of the spring model, as the smallest interface that is enough, and its adapter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is left of a campaign, planned anew from where it is: temperatures as measured, heating as learned.
+"""Plans the rest of a campaign again, with temperatures as measured and heating as learned.
 
 Nothing about the steps themselves changes, only when they come, what the pauses between them are, and what is
 expected: a step keeps its motions, its number and its hash.

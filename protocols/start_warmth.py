@@ -1,4 +1,4 @@
-"""Refusals of steps that would begin, or never come to be, at the temperature at which they are to be."""
+"""Refuses steps that would begin outside of their start temperature, or could never reach it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``[stroke]`` of a campaign file: whose strokes the steps ask for, and how far off is worth a warning."""
+"""``[stroke]`` of a campaign file: specimen's or piston's strokes, and which deviation is a warning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The walk through a step with the model's heat law: how long, how hot, and where it would be stopped.
+"""Follows a step with the model's heat law: its duration, its temperature, and where it would be stopped.
 
 The specimen is one lumped mass (paper, eqs. (6), (7)) with a sensor on it: the mass decides the forces, the
 sensor decides the temperature stop.

@@ -1,4 +1,4 @@
-"""What is to be expected of a warm-up: how long it takes, or why it cannot end."""
+"""The expected course of a warm-up: its duration, or why it cannot end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Looking into a file that may be damaged, in a process of its own that is ended if it does not come back.
+"""Opens a file that may be damaged in a separate process, which is ended if it does not return.
 
 HDF5 trusts what it reads: in its file format 1.8 the heap of texts has no check sum, and one turned bit in it
 lets its library run in circles for ever, or crash. No thread can stop it, as it runs in C. So this

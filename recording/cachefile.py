@@ -1,4 +1,4 @@
-"""A file of things that were looked up before: it may be deleted at any time, and costs only time then."""
+"""A cache file: it may be deleted at any time, at the cost of time only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the host's clock to the device's: what an anchor knows, and how good it is.
+"""Maps the host's clock to the device's by anchors, with their uncertainty.
 
 An anchor pairs the device's time of a sample with the host's time at which it arrived. The host's time is
 later by the clocks' offset and by a latency that is never negative. So the anchor with the smallest

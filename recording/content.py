@@ -1,4 +1,4 @@
-"""What a run consists of, apart from the way it lies on disk: streams, clock anchors and events."""
+"""The content of a run, independent of its form on disk: streams, clock anchors and events."""
 
 from __future__ import annotations
 

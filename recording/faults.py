@@ -1,4 +1,4 @@
-"""What is wrong with a run file's contents, whatever its bytes are."""
+"""Checks the contents of a run file, whatever its bytes are."""
 
 from __future__ import annotations
 

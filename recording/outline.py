@@ -1,4 +1,4 @@
-"""A journal in two passes: first what it holds, then its numbers for the run file, some MiB at a time."""
+"""Reads a journal in two passes: first its outline, then its numbers for the run file, some MiB at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Expressions by which runs are found: ``kind == "harmonic" and prestress >= 50 and damping < 0.4``.
+"""Expressions that select runs: ``kind == "harmonic" and prestress >= 50 and damping < 0.4``.
 
 The text is parsed as an expression of Python, of which only comparisons of names with values, ``in``,
 ``is None``, ``and``, ``or`` and ``not`` are let through; nothing of it is ever executed. What is unknown of a

@@ -1,4 +1,4 @@
-"""From journal to run file. May be interrupted at any instant and simply done again."""
+"""Makes a run file from a journal. It may be interrupted at any instant and is then simply done again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The file that HDF5 writes a sealed run into: one whose writes do not fail under HDF5's hands.
+"""The file into which HDF5 writes a sealed run: space is reserved first, so that writes do not fail.
 
 Where a write fails, HDF5 takes the whole process down when the file is closed (h5py issue 914). So room is
 reserved on the disk before anything is handed to HDF5, and what fails nevertheless is kept from it and told

@@ -1,4 +1,4 @@
-"""Files below folders and by patterns. What cannot be looked into is said: nothing is left out in silence."""
+"""Finds files below folders and by patterns. A folder that cannot be read is reported, not skipped."""
 
 from __future__ import annotations
 

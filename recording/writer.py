@@ -1,4 +1,4 @@
-"""Recording while the stand runs: the acquisition hands over, threads bring it to the disk."""
+"""Records while the stand runs: the acquisition hands samples over, threads bring them to the disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Dates as they are written in a query, and brought into the form in which they are compared as texts."""
+"""Dates in queries, converted to the form in which they are compared as texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A piston's position that comes later than the piston: the draw wires go with its command, and it does not.
+"""A position that is later than the piston: the draw wires follow its command, and it does not.
 
 Nothing measures before it happens. A wire that is ahead of the position is right therefore, and the position
 is late, where the command went there, too; one that is behind the position is late itself.

@@ -1,4 +1,4 @@
-"""What the machine gives way by says of the force: piston and draw wires differ by ``F / k`` and no more.
+"""Checks the force by the compliance of the machine: piston and draw wires differ by ``F / k``.
 
 Where two draw wires go together, and with the piston as under a small force, it is the large one that is read
 that is wrong, or the stiffness that is stated: not both wires by one and the same error.

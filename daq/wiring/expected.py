@@ -1,4 +1,4 @@
-"""From plan, specimen and stand to what their signals are held against."""
+"""Makes the expectations for the signals from plan, specimen and stand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What signals are held against: thresholds and expectations as data, part of the limits in a run file."""
+"""Thresholds and expectations for the signals as data, part of the limits in a run file."""
 
 from __future__ import annotations
 

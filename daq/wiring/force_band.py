@@ -1,4 +1,4 @@
-"""The force against what is expected of the specimen at a stroke, and against nothing where nothing is met.
+"""Compares the force with the one expected of the specimen at a stroke, and with zero before contact.
 
 Upper side, all the time: no specimen gives more than its loading curve, times the factor, and what speed
 adds. Lower side, on a first compression only: on the way back a specimen may give anything down to nothing.

@@ -1,4 +1,4 @@
-"""Both ways to the force against each other: sign, scale, zero and delay.
+"""Compares the two force channels: sign, scale, zero and delay.
 
 The two come on clocks of their own: the controller's is brought to the host's by its quickest
 blocks, which leaves some 10 ms. What is allowed: the sum of both classes, a zero of each, and 35 ms.

@@ -1,4 +1,4 @@
-"""Thermometers against the heat: the specimen's show it, those beside do not, and no spring cools like air.
+"""Compares thermometers with the heat: those on the specimen show it, others do not.
 
 What a specimen absorbs is on record: ∫ F ds. At every instant it is at least that less F · s, for a spring
 stores no more than force times stroke. From that a least temperature follows that a sensor on the specimen

@@ -1,4 +1,4 @@
-"""A force that leaps by more than the machine lets it: no specimen does that, be it rigid.
+"""A force that jumps by more than the machine allows: no specimen does that, however stiff.
 
 Piston, frame and specimen are in series, so that the force rises by no more than the frame's stiffness times
 the piston's way, ``dF <= k_frame · dx``. This needs neither a second force nor a model of the specimen.

@@ -1,4 +1,4 @@
-"""A piston's position that leaps where neither the draw wires nor its command do: the encoder slipped.
+"""A position that jumps where neither the draw wires nor its command do: the encoder slipped.
 
 Whatever is then found between position, command and wires comes from the leap, and from no delay, no scale of
 before and no wire. No piston goes from one speed to another and back within some hundredths of a second.

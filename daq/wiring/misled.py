@@ -1,4 +1,4 @@
-"""The piston's position against its command over a whole stretch: its scale, its sign, its zero.
+"""Compares the position with its command over a whole stretch: scale, sign, zero.
 
 The live judge (:mod:`bufferstand.daq.wiring.piston`) needs some millimetres of an even motion. Over a stretch
 that is looked at afterwards half a millimetre tells a scale of one half from that of one.

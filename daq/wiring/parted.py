@@ -1,4 +1,4 @@
-"""Two ways to one force that went together and do no longer: which of them left.
+"""Two force channels that agreed and no longer do: which of them has changed.
 
 The specimen's force goes on without a break where its stroke does. So the one that jumps from one sample to
 the next, or shows one value to the last digit while the other one changes, is the wrong one, whatever the

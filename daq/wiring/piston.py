@@ -1,4 +1,4 @@
-"""The piston against its command: it goes where it is told, by as much, and stands there.
+"""Compares the piston with its command: direction, way, and standstill.
 
 What is allowed: it follows late (an actuator of some hertz, a valve's overlap), which at constant speed is a
 constant distance, so that the slope of position against command shows the scale whatever the lag. A valve

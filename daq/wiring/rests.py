@@ -1,4 +1,4 @@
-"""Both ways to the force while it stands: they are compared without instants that are the same to 10 ms.
+"""Compares the two force channels at rest, where the instants need not agree to 10 ms.
 
 On a simulated stand that runs faster than the wall both clocks may differ by up to a second of its time (a
 starved reader, times the speed). Where both have stood for two seconds they show the same force all the same.

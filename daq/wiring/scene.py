@@ -1,4 +1,4 @@
-"""What the judges look at together: the last seconds of the controller, and what is known beside them."""
+"""The common input of the wiring checks: the last seconds of the controller, and the facts beside them."""
 
 from __future__ import annotations
 

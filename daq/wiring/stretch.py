@@ -1,4 +1,4 @@
-"""A short stretch of samples that is looked at as a whole: a touch, or the last seconds before a trip."""
+"""A short stretch of samples that is judged as a whole: a touch, or the last seconds before a trip."""
 
 from __future__ import annotations
 

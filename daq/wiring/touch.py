@@ -1,4 +1,4 @@
-"""What a touch says of the wiring: the first motion of a campaign, and the first force that it makes.
+"""Checks of the wiring by a touch: the first motion of a campaign, and its first force.
 
 The controller creeps to a small force of its own reading and turns. The samples must show the piston go where
 it was told, the force rise with it, no more steeply than the machine's frame allows, and fall as it goes

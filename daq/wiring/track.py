@@ -1,4 +1,4 @@
-"""One way to the force as it came in: its samples, means of them, and how long it stands still."""
+"""One force channel as it was received: its samples, means of them, and how long it stands still."""
 
 from __future__ import annotations
 

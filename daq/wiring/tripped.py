@@ -1,4 +1,4 @@
-"""Why a limit was passed, where the wiring tells: what a trip's last seconds say of draw wires and forces.
+"""The wiring as the reason of a trip: the last seconds of draw wires and forces.
 
 The live judges look at what lasts, and at motions that are slow; a limit is passed once. So here the one draw
 wire is held against the other, which goes with the piston, and the force against the second one.

@@ -1,4 +1,4 @@
-"""Both ways to the force while nothing moves: a load that one of them alone shows need be none.
+"""Compares the two force channels at rest: a load that only one of them shows need be none.
 
 At rest a wrong scale is not told from a wrong zero, nor which of both is wrong: both are named, the one that
 shows a load first, so that nobody unloads a specimen that bears none, or takes a loaded one for unloaded.

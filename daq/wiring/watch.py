@@ -1,4 +1,4 @@
-"""All judges of the wiring, and what they remember: a part of the guard panel."""
+"""All wiring checks and their memory: a part of the guard panel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The draw wires against the piston: they go as far as it does, less what the machine gives way.
+"""Compares the draw wires with the piston: they move as far, less the compliance of the machine.
 
 In contact ``position − F / k − wire`` is a constant: 0 from a first contact that was touched off, unknown
 without. What is allowed: a machine that gives way by 0.4 to 2 times what is stated, some tenths for seating

@@ -1,4 +1,4 @@
-"""Draw wires that come late: behind the piston by what its speed makes, and by nothing else.
+"""Draw wires that are late: behind the piston by speed times delay.
 
 At a change of speed ``position − F / k − wire`` has a part that goes with the speed; at an even speed in the
 first compression it is a constant; and what a wire has shown of its last seconds is what the piston did

@@ -1,4 +1,4 @@
-"""What faults do to the frames that a simulated device sends and hears."""
+"""The effect of faults on the frames that a simulated device sends and receives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a served stand may have come: its clock, held back for a reader that does not keep up."""
+"""The clock of a served stand, held back for a reader that does not keep up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time that passes only while somebody waits for it."""
+"""Virtual time: it passes only while the program waits for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a program learns that the stand it is about to drive is a served one that waits for its reader.
+"""How a program recognises that a served stand waits for its reader.
 
 A served stand that waits holds a file in the folder of its wires locked, with its own address in it, for as
 long as it lives. So no program can take a real controller for one that waits: a lock ends with its process,

@@ -1,4 +1,4 @@
-"""What a tool that reads an export does not get of the model: written into every export and into the docs."""
+"""What an export cannot express of the model: written into every export and into the docs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From recorded runs to a spring model: what to free, the fit, its quality, and what the runs do not say."""
+"""Identifies a spring model from recorded runs: free parameters, fit, quality, and what is missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every parameter of the laws that runs can tell: options name them before anything heavy is imported."""
+"""The parameters that runs can determine; options name them before anything heavy is imported."""
 
 from __future__ import annotations
 

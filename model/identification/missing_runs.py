@@ -1,4 +1,4 @@
-"""The runs that would tell what the given ones do not, as the text of a campaign file."""
+"""The runs that would determine the missing parameters, as the text of a campaign file."""
 
 from __future__ import annotations
 

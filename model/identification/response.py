@@ -1,4 +1,4 @@
-"""What a spring model answers to a drive, in stages that are kept while their parameters stay.
+"""The response of a spring model to a drive, in stages that are reused while their parameters stay.
 
 The band position follows from the stroke alone (``docs/model.md``), so a change of the thermal parameters
 costs no more than a few cumulative sums. Same laws and figures as

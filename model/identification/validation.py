@@ -1,4 +1,4 @@
-"""How well a fitted model says what was measured: cycle by cycle, and in words."""
+"""How well a fitted model agrees with the measurement: cycle by cycle, and in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A limit that a step breaks: how it is said, and with which values nearby it would be kept."""
+"""A limit that a step breaks: the message, and the nearby values that would keep it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a step is judged by: limits, the specimen's forces, and whose strokes are asked for."""
+"""The basis on which a step is judged: limits, the specimen's forces, and whose strokes are asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A specimen of which nothing is known at first: what must come before everything else that moves."""
+"""A specimen without known forces: which step must come before all others that move."""
 
 from __future__ import annotations
 

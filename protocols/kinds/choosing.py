@@ -1,4 +1,4 @@
-"""The kind decides the keys of a step: it is looked at before them."""
+"""Chooses the keys of a step by its kind, which is read first."""
 
 from __future__ import annotations
 

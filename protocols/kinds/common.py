@@ -1,4 +1,4 @@
-"""What the kinds of steps share."""
+"""Common parts of the kinds of steps."""
 
 from __future__ import annotations
 

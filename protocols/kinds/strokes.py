@@ -1,4 +1,4 @@
-"""What every step may say of its strokes: whose they are."""
+"""The keys of every step about its strokes: specimen's or piston's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every step may say of temperatures: how warm it begins, and where its temperature stop lies."""
+"""The keys of every step about temperatures: start temperature and temperature stop."""
 
 from __future__ import annotations
 

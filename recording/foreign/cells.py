@@ -1,4 +1,4 @@
-"""Cells to numbers, one by one: where they are no plain numbers, and to say which is not."""
+"""Converts cells to numbers one by one, where they are no plain numbers or an error must be located."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What records of channels in groups (TDMS, MDF4) and workbooks have in common."""
+"""Common parts of the readers of channel groups (TDMS, MDF4) and workbooks."""
 
 from __future__ import annotations
 

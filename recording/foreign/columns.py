@@ -1,4 +1,4 @@
-"""Which column is what, in which unit: by exact names or by what the user says, never by guessing."""
+"""Assigns columns to channels and units: by exact names or by the user's options, never by guessing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The numbers of a text file of columns: read fast, and where one cannot be read, say which."""
+"""Reads the numbers of a text file of columns quickly, and names a cell that cannot be read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a text file of columns is written: encoding, separator, heading. Found out, never assumed."""
+"""Finds out how a text file of columns is written: encoding, separator, heading."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a table begins: its header row, a row of units below it, and what stands before."""
+"""Finds the beginning of a table: its header row, a row of units below it, and the lines above."""
 
 from __future__ import annotations
 

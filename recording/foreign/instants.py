@@ -1,4 +1,4 @@
-"""When each channel of a table was really read: blanks, doubled rows and stamps that several rows share.
+"""The instants at which each channel was read: blanks, doubled rows and stamps that several rows share.
 
 A table has one row for every instant at which any channel was read. A blank in a slower channel's column is
 no lost reading, a row that was written twice is one reading, and ten rows of one stamp are ten readings of a

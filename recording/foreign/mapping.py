@@ -1,4 +1,4 @@
-"""A mapping file: what a laboratory writes once of its own export (docs/import.md)."""
+"""A mapping file: the description that a laboratory writes once for its own export (docs/import.md)."""
 
 from __future__ import annotations
 

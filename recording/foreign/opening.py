@@ -1,4 +1,4 @@
-"""Which reader a foreign record needs: told by what the file holds, not by its name."""
+"""Chooses the reader of a foreign record by the content of the file, not by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text that is plain rows of values, read by pandas at once; whatever else it may be, it is not touched."""
+"""Reads text that consists of plain rows of values at once, by pandas; any other text is left to others."""
 
 from __future__ import annotations
 

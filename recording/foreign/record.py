@@ -1,4 +1,4 @@
-"""What every reader of foreign records gives: headers, numbers on time bases, and where each stands."""
+"""The common result of all readers of foreign records: headers, and numbers on their time bases."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Line by line through a piece of a text file that is not plain rows of values: what is sound is kept."""
+"""Reads a piece of a text file that is not plain rows of values line by line, and keeps the sound ones."""
 
 from __future__ import annotations
 

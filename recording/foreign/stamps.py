@@ -1,4 +1,4 @@
-"""The time stamps of a foreign record: how fast it was sampled, and where it is interrupted."""
+"""The time stamps of a foreign record: its sample rate, and its interruptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A large text file in blocks of whole lines, so that only one block need be in memory."""
+"""Reads a large text file in blocks of whole lines, so that only one block is in memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The channels of a foreign record by their time bases: whose time each keeps, and what is odd about it."""
+"""The channels of a foreign record grouped by their time bases, and the irregularities of these."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the user wants of an import: command-line options over the mapping file."""
+"""The options of an import: the command line has priority over the mapping file."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Every figure is held that no fault falsifies where it was read; its error over U counts for the coverage,
 and more than 2 U (four standard uncertainties) is "gross". A figure that a fault falsifies is compared,
-too: wrong by more than 1.5 U it is "spoilt" where it states a U (evaluation.md, "Plausibility": it has none
+too: wrong by more than 1.5 U it is "spoilt" where it states a U (docs/plausibility.md: it has none
 then), and shows that the fault must be named.
 """
 

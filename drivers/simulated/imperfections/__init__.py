@@ -1,1 +1,1 @@
-"""What a clean simulated stand does not have, and a real one does."""
+"""The imperfections of real stands, for the simulated one."""

@@ -1,1 +1,1 @@
-"""What a person gets wrong between the specimen and the computer: wires, scales, thermometers."""
+"""Wiring errors between specimen and computer: wires, scales, thermometers."""

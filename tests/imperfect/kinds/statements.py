@@ -37,7 +37,7 @@ PHASE = PLACES | {
     "first contact",
 }
 
-# evaluation.md, "Wiring and scaling": a lateness is told from 20 ms and two steps of the sampling on
+# docs/plausibility.md, "Wiring and scaling": a lateness is told from 20 ms and two steps of the sampling on
 LEAST_LATE_S, LEAST_LATE_STEPS, TWO_DIGITS = 0.02, 2.0, 0.05
 
 
