@@ -22,7 +22,7 @@ from bufferstand.evaluation.archive.identity import Settings
 from bufferstand.evaluation.archive.kept import Wanted
 from bufferstand.evaluation.archive.local import Local
 from bufferstand.evaluation.archive.tables import cycles_frame
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from tests.evaluation_archive.dask_cluster import DaskCluster, dask_cluster
 
 

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import ChannelUncertainty
 from bufferstand.foundation.kind import Kind

@@ -16,8 +16,8 @@ from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.shares import MOVING_MASS_MOST_KG
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.facts.run_facts import Options
     from bufferstand.evaluation.requirements.limit_set import LimitSet
-    from bufferstand.evaluation.results import Options
 
 
 @dataclass(frozen=True)
@@ -104,10 +104,10 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
         force_cell: ForceCell | None,
         **others: Any,
     ) -> Any:
+        from bufferstand.evaluation.facts.run_facts import Options
         from bufferstand.evaluation.requirements.checklist import asked_items
         from bufferstand.evaluation.requirements.inspection import load_inspection
         from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set
-        from bufferstand.evaluation.results import Options
 
         limit_set = shipped_limit_set() if limits is None else find_limit_set(limits)
         options = Options(

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from bufferstand.cli.options import warn
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.model_check import AT_CONTACT_MM, KINDS, drive_of
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.results import RunFacts
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.identification.drive import Drive, join
 from bufferstand.model.identification.identify import Settings

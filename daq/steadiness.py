@@ -8,9 +8,10 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 import numpy as np
 
 from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.cycles import find_cycles
 from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.protocols.steps import Harmonic, Steadiness
 
 KEPT_PERIODS = 2.6

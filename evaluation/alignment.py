@@ -6,15 +6,16 @@ W_a + τ ∮ Ḟ dx: of an elastic spring the area is zero, and its recorded one
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.cycles import cycle_samples
+from bufferstand.evaluation.facts.skew_sensitivity import ClosedForm, SkewSensitivity
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.spectra import HARMONICS, spectra
 from bufferstand.evaluation.splines import moved_evenly, spline_at
 
@@ -27,29 +28,6 @@ MOST_CYCLES = 3
 _SPLINE_SAMPLES = 20_000
 """Cycles with more samples are interpolated by straight lines: their step is 1/20 000 of the cycle."""
 _MARGIN = 6
-
-ClosedForm = Literal["sine-stroke", "constant-speed", "none"]
-
-
-@dataclass(frozen=True)
-class SkewSensitivity:
-    """What changes when the force is moved earlier by 1 ms (``delay_s`` of its channel raised by 1 ms).
-
-    Attributes
-    ----------
-    cycles : tuple of int
-        Cycles that were shifted; the figures are means over them.
-    absorbed_energy_J_per_ms, damping_per_ms : mapping
-        ``by_shifting``: figures of the shifted loop; ``closed_form``: that of ``form``. None: not to be had.
-    form : str
-        ``sine-stroke``: ΔW_a = π ω K′ x_a² τ, half of it on the loading branch; ``constant-speed``:
-        ΔW_a = (v_loading + v_unloading) (F_top - F_bottom) τ, the first part on the loading branch.
-    """
-
-    cycles: tuple[int, ...]
-    absorbed_energy_J_per_ms: Mapping[str, float | None]
-    damping_per_ms: Mapping[str, float | None]
-    form: ClosedForm
 
 
 def advanced(record: Record, cycle: Cycle, by_s: float) -> Record:

@@ -16,7 +16,7 @@ import pandas as pd
 from bufferstand.evaluation.choices import DecisionRule, check_draws
 from bufferstand.evaluation.document import evaluate_file, evaluate_paths
 from bufferstand.evaluation.document_types import EvaluationDocument
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.table import cycle_table
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.catalogue import facts_of, run_files

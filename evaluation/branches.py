@@ -10,13 +10,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.splines import splines
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 DENSE_SAMPLES = 200
 """A branch with fewer samples is interpolated (cubic spline over time, each branch by itself) …"""

@@ -16,6 +16,7 @@ from typing import Any
 import GTC  # type: ignore[import-untyped]
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.budget_lines import Budget, BudgetLine
 from bufferstand.evaluation.error_model import (
     drum_periods_mm,
@@ -28,7 +29,6 @@ from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.loop_readings import TANGENT_WINDOW
 from bufferstand.evaluation.own_errors import OwnErrors
 from bufferstand.evaluation.propagations import Propagations
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.results import Summary
 from bufferstand.evaluation.summary import LEAST_SCATTER
 from bufferstand.evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading

@@ -15,7 +15,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.reversals import Sampling, find_reversals, held_samples
 from bufferstand.evaluation.spectra import HARMONICS
 from bufferstand.foundation.kind import Kind

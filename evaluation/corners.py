@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
 
 FLANK_SAMPLES = 6
 """A flank is fitted over at least so many samples, where it has them."""

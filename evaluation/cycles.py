@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.defects import describe
 from bufferstand.evaluation.motion import Cycle, CycleColumns, TurnColumns, TurningPoint
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.reversal_dwells import with_reversals
 from bufferstand.evaluation.reversals import Sampling, find_reversals
 from bufferstand.evaluation.spectra import spectra_between

@@ -9,9 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.foundation.ranks import quantile
-
-FloatArray = NDArray[np.float64]
 
 DefectKind = Literal["gap", "lost", "repeated-time", "backward-time", "nan", "doubled", "spike"]
 

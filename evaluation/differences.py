@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bufferstand.evaluation.across_runs.combine import Figure, Figures
-from bufferstand.evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.facts.shared_errors import Owed
 
 _COVERAGE = 2.0
 

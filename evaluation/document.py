@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 
 from bufferstand.evaluation.budget_lines import budget_entry
-from bufferstand.evaluation.conformity import Purpose, candidate_of, decide_purposes
+from bufferstand.evaluation.conformity.candidates import candidate_of
+from bufferstand.evaluation.conformity.purposes import Purpose, decide_purposes
 from bufferstand.evaluation.copies import Recording, each_once
 from bufferstand.evaluation.document_types import (
     CycleEntry,
@@ -28,23 +29,23 @@ from bufferstand.evaluation.document_types import (
 )
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.evidence import comparison_entries, evidence_entry, plain
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.grouping import mixture
-from bufferstand.evaluation.history import RunHistory, before_after_entries, proof_load_entries
+from bufferstand.evaluation.history.across import before_after_entries, proof_load_entries
+from bufferstand.evaluation.history.facts import RunHistory
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.limit_set import LimitSet
 from bufferstand.evaluation.results import (
     CycleResult,
     Expanded,
     Extreme,
-    Options,
     RequirementResult,
     RunEvaluation,
-    RunFacts,
     StepResult,
     Summary,
     Trend,
 )
-from bufferstand.evaluation.steps import points_of
+from bufferstand.evaluation.steps.points import points_of
 from bufferstand.evaluation.trends import find_trends
 from bufferstand.recording.catalogue import run_files
 

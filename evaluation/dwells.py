@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.corners import corner_moment
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.turn_sides import Side
 
 PLATEAU_BANDS = (0.001, 0.003, 0.01)

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, derivative, maxima, solved, value_at
 from bufferstand.evaluation.turn_sides import Side
 

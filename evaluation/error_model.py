@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.own_errors import OwnErrors
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.channel import ChannelUncertainty
 
 SHAPE_LENGTH_MM = 120.0

@@ -12,11 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from bufferstand.evaluation.arrays import BoolArray, FloatArray
 
 _STEPS_ALIKE = 2e-3
 """Steps are alike within this share: over it the parabola is right to 4e-8 of the first harmonic, and to 4e-5

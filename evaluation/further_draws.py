@@ -8,12 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.catalogue import Quantity
 from bufferstand.evaluation.error_model import Draws, stroke_term_slopes
 from bufferstand.evaluation.every_quantity import OF_THERMOMETER, OF_TURNS, QUANTITIES
 from bufferstand.evaluation.loop_readings import TANGENT_WINDOW
 from bufferstand.evaluation.motion import Cycle, Loop
-from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.results import Quantities
 from bufferstand.evaluation.speed_noise import speed_lean
 from bufferstand.evaluation.uncertainty import (

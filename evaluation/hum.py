@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.foundation.ranks import median
 
 _MOST_LINES = 3

@@ -17,15 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.motion import TurningPoint
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.turn_fits import Points, derivative, points_of, powers, solved, value_at
 from bufferstand.foundation.ranks import median
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 _HALF_WIDTH = 0.25
 """Flanks are fitted within ± this share of the stroke about the level …"""

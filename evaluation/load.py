@@ -11,17 +11,17 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from bufferstand.evaluation.across_runs.identity import Occasion, identity_of
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.bring import as_taken, same_instants
 from bufferstand.evaluation.channels.joined import are_apart, joined
 from bufferstand.evaluation.channels.rows import is_stamped
 from bufferstand.evaluation.channels.sensors import said, true_readings
 from bufferstand.evaluation.channels.signals import signals_of
 from bufferstand.evaluation.choices import ForceCell
-from bufferstand.evaluation.extremes import peaks_of
+from bufferstand.evaluation.extremes.peaks import peaks_of
+from bufferstand.evaluation.facts.run_facts import EVENT, RunFacts
 from bufferstand.evaluation.long_runs import Bounds, long_record, on_time, thinned
-from bufferstand.evaluation.record import Ends, FloatArray, Record, Temperature, make_record
-from bufferstand.evaluation.results import RunFacts
-from bufferstand.evaluation.steps.corrections import EVENT
+from bufferstand.evaluation.record import Ends, Record, Temperature, make_record
 from bufferstand.evaluation.told import guard_doubts
 from bufferstand.foundation.channel import Channel, ChannelUncertainty
 from bufferstand.foundation.errors import BadInput

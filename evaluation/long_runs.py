@@ -14,12 +14,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.bring import holes, same_instants
 from bufferstand.evaluation.channels.joined import are_of_streams
 from bufferstand.evaluation.channels.pieces import Pieces
 from bufferstand.evaluation.channels.rows import is_stamped
 from bufferstand.evaluation.condense import block_means, block_starts
-from bufferstand.evaluation.defects import USUAL_SHARES, Cleaner, FloatArray, usual_limit_s
+from bufferstand.evaluation.defects import USUAL_SHARES, Cleaner, usual_limit_s
 from bufferstand.evaluation.extremes.peaks import joined, peaks_of
 from bufferstand.evaluation.record import Ends, Record, check_usable, with_own_steps
 from bufferstand.evaluation.splines import moved, moved_evenly

@@ -11,10 +11,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, ComplexArray, FloatArray
 from bufferstand.evaluation.branches import Branches
 from bufferstand.evaluation.loops import LoopStack
 from bufferstand.evaluation.motion import Cycle, Loop
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.smoothing import moving_slopes, polynomials
 from bufferstand.evaluation.spectra import spectra
 
@@ -25,9 +26,6 @@ SPEED_WINDOW = 0.05
 LEAST_WINDOW = 5
 """Samples that a parabola or cubic is fitted to at least."""
 _FEWEST_SLOPE = 4
-
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

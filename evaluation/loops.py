@@ -8,21 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.branches import DENSE_SAMPLES, MOST_POINTS, Branches, Stretches, closed
 from bufferstand.evaluation.motion import Cycle, CycleColumns, EndReading, Loop
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.reversals import noise_sigma, without_fast_hum
-from bufferstand.evaluation.turns import (
-    EndForces,
-    Ends,
-    ForceExtremes,
-    Inside,
-    continuous,
-    end_forces,
-    force_extremes,
-)
-from bufferstand.evaluation.turns.end_forces import MOST_ASKED
+from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
+from bufferstand.evaluation.turns.force_extremes import ForceExtremes, Inside, force_extremes
 from bufferstand.evaluation.turns.of_cycles import BY_SPEED, arrivals, arriving, at_rests, by_speed, creeping
+from bufferstand.evaluation.turns.windows import Ends
 
 __all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
 
 TurnMethod = Literal["polynomial", "lines", "plateau", "reversal", "edge", "cut"]
 

@@ -18,11 +18,12 @@ from functools import cached_property
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.dwells import EASED_S
 from bufferstand.evaluation.hum import Line, lines_of, without_lines
 from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.reversals import difference_sigma, noise_sigma
 
 BLOCKS_A_CYCLE = 64

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from bufferstand.evaluation.alignment import SkewSensitivity
+from bufferstand.evaluation.facts.draw_wires import DrawWires
+from bufferstand.evaluation.facts.skew_sensitivity import SkewSensitivity
 from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.results import CycleResult, RequirementResult, Summary
 from bufferstand.evaluation.steps.sum_up import SummedUp
-from bufferstand.evaluation.wires import DrawWires
 
 
 def missing_warnings(

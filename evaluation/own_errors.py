@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.hum import Line
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import median
 
 _OWN = 5

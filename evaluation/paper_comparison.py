@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.figures import loops, timeline, trends
 from bufferstand.evaluation.figures.decimate import kept_samples
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Level, Plot
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import CycleResult, Options, RunFacts
+from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.model.paper_runs import (
     SEQUENCE_mm,

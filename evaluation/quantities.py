@@ -14,23 +14,20 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import BoolArray, ComplexArray, FloatArray
 from bufferstand.evaluation.branches import Branches
 from bufferstand.evaluation.catalogue import NOT_FINITE, Catalogue
 from bufferstand.evaluation.cycles import STEADY_STROKE
 from bufferstand.evaluation.every_quantity import OF_LOOP, OF_THERMOMETER, OF_TURNS, QUANTITIES
-from bufferstand.evaluation.loop_readings import (
-    BoolArray,
-    ComplexArray,
-    LoopFigures,
-    TurnFigures,
-    slopes_between,
-)
+from bufferstand.evaluation.loop_readings import LoopFigures, TurnFigures, slopes_between
 from bufferstand.evaluation.loops import CutLoops, LoopStack
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record, Temperature
+from bufferstand.evaluation.record import Record, Temperature
 from bufferstand.evaluation.results import CycleResult, Quantities
 from bufferstand.evaluation.spectra import spectra
-from bufferstand.evaluation.thermometry import READING_INTERVAL_S, temperatures_of, why_no_temperature
+from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S
+from bufferstand.evaluation.thermometry.of_cycles import temperatures_of
+from bufferstand.evaluation.thermometry.why import why_no_temperature
 
 CONSISTENCY = 0.02
 """Largest difference of loop area and harmonics' work, as a share of the area, that passes without a word."""

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.between import Between
 from bufferstand.evaluation.channels.sensors import SensorFault
 from bufferstand.evaluation.channels.signals import Signals
@@ -21,8 +22,6 @@ from bufferstand.evaluation.gaps.events import event_changes, lost_between, sile
 from bufferstand.evaluation.gaps.steps import unusual_steps
 from bufferstand.evaluation.reversals import Sampling, sampling_of, without_fast_hum
 from bufferstand.foundation.errors import BadInput
-
-FloatArray = NDArray[np.float64]
 
 _BY_EVENT = (
     "written by event: its steps of time differ, and what changes in them does not; a long one lacks nothing"

@@ -23,9 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.like_flanks import LikeFlanks, crossings, like_flanks
 from bufferstand.evaluation.motion import TurningPoint
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.foundation.ranks import median
 
 LONGEST_S = 0.2

@@ -8,11 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 from bufferstand.foundation.ranks import quantile
-
-FloatArray = NDArray[np.float64]
-
-IndexArray = NDArray[np.intp]
 
 _NOISE_FACTOR = 12.0
 """White noise of 10^6 samples spans about 10 standard deviations; a reversal must be larger."""

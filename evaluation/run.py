@@ -6,31 +6,31 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-from bufferstand.evaluation.across_runs.shared import Regression, SharedErrors
+from bufferstand.evaluation.across_runs.shared import Regression
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.collecting import collecting_later
 from bufferstand.evaluation.condense import condensed_for
-from bufferstand.evaluation.contact import contact_warnings, first_contact_of
+from bufferstand.evaluation.contact.of_run import contact_warnings, first_contact_of
 from bufferstand.evaluation.error_model import Draws, draw_errors, drum_periods_mm, missing_facts
-from bufferstand.evaluation.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
+from bufferstand.evaluation.extremes.of_run import Recorded, extreme_warnings, run_extremes, step_extremes
+from bufferstand.evaluation.facts.draw_wires import DrawWires
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
+from bufferstand.evaluation.facts.shared_errors import SharedErrors
 from bufferstand.evaluation.gaps.found import Found, found_in
 from bufferstand.evaluation.held_against import held_against
-from bufferstand.evaluation.history import history_of
+from bufferstand.evaluation.history.of_run import history_of
 from bufferstand.evaluation.noise import Noise, record_noise
 from bufferstand.evaluation.noisy_speeds import noisy_speed_warnings
 from bufferstand.evaluation.nulls import missing_warnings, temperature_warnings
-from bufferstand.evaluation.plausibility import (
-    Channels,
-    Look,
-    Spoiled,
-    doubted,
-    look_for_implausible,
-    without_claims,
-)
+from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.codes import without_codes
+from bufferstand.evaluation.plausibility.detectors import look_for_implausible
 from bufferstand.evaluation.plausibility.jumps import slips_s
+from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
+from bufferstand.evaluation.plausibility.reads import Spoiled, doubted, without_claims
 from bufferstand.evaluation.plausibility.spikes import without_spikes
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.decision import run_verdict
 from bufferstand.evaluation.requirements.inspection import inspection_of
 from bufferstand.evaluation.requirements.judge import (
@@ -41,22 +41,15 @@ from bufferstand.evaluation.requirements.judge import (
 )
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
 from bufferstand.evaluation.requirements.rows import Case
-from bufferstand.evaluation.results import (
-    CycleResult,
-    Measured,
-    Options,
-    RequirementResult,
-    RunEvaluation,
-    RunFacts,
-)
+from bufferstand.evaluation.results import CycleResult, Measured, RequirementResult, RunEvaluation
 from bufferstand.evaluation.reversals import Sampling
-from bufferstand.evaluation.steps import Division
 from bufferstand.evaluation.steps.corrections import with_settling
+from bufferstand.evaluation.steps.divide import Division
 from bufferstand.evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
 from bufferstand.evaluation.summary import MeanOfDraws
 from bufferstand.evaluation.uncertain_results import with_uncertainty
-from bufferstand.evaluation.wires import DrawWires, check_wires
-from bufferstand.evaluation.wiring import doubted_signals
+from bufferstand.evaluation.wires import check_wires
+from bufferstand.evaluation.wiring.checks import doubted_signals
 
 _PLAN_TOLERANCE = {"prestress_mm": (0.1, 5.0), "amplitude_mm": (0.1, 1.0), "frequency_Hz": (0.05, 0.0)}
 """Share of the planned figure, and least difference, by which a run may miss its step without a word."""

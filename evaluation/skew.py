@@ -19,11 +19,11 @@ from bufferstand.evaluation.across_runs.skew_floors import Resolution, skew_floo
 from bufferstand.evaluation.alignment import advanced, area_rate_J_per_s
 from bufferstand.evaluation.choices import REFERENCE_LOSS
 from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.loop_readings import absorbed_energy_J, first_harmonic
 from bufferstand.evaluation.loops import cut_loop
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.results import RunFacts
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.ranks import median
 

@@ -9,13 +9,9 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.turn_fits import powers
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 _FEW_PAIRS = 4
 """Of a window of so few pairs the sum is formed pair by pair, else from running sums."""

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.even_harmonics import basis_for
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
+from bufferstand.evaluation.record import Record
 
 HARMONICS = 10
 """Harmonics that are fitted to a cycle, where it has the samples for them."""

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.loop_readings import SPEED_WINDOW
 from bufferstand.evaluation.motion import Loop
 from bufferstand.evaluation.noise import Spectrum
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.smoothing import moving_slopes
 
 TRIALS = 32

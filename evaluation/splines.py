@@ -6,11 +6,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
-
-IndexArray = NDArray[np.intp]
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 
 
 def splines(

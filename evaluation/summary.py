@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.every_quantity import QUANTITIES
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.results import CycleResult, Measured, Summary
 from bufferstand.evaluation.uncertainty import COVERAGE, NORMAL_95, half_width_95
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from bufferstand.evaluation.across_runs.combine import Figure, Figures
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of
-from bufferstand.evaluation.across_runs.shared import Owed
+from bufferstand.evaluation.facts.mean_loop import MeanLoop
+from bufferstand.evaluation.facts.shared_errors import Owed
 from bufferstand.evaluation.grouping import grouped, specimen_of
-from bufferstand.evaluation.mean_loop import MeanLoop
 from bufferstand.evaluation.quantities import is_two_sided
 from bufferstand.evaluation.results import RunEvaluation
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from bufferstand.evaluation.results import GuardDoubt
+from bufferstand.evaluation.facts.run_facts import GuardDoubt
 from bufferstand.recording.run import RunEvent
 
 KINDS = ("trip", "note")

@@ -13,12 +13,12 @@ import numpy as np
 
 from bufferstand.evaluation.across_runs.line import coverage_factor, fit_line
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of, figure_of
-from bufferstand.evaluation.document_types import Basis
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.catalogue import Quantity
+from bufferstand.evaluation.document_types import Basis
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.quantities import is_two_sided
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.results import Expanded, RunEvaluation, Trend
 
 PRESTRESS_TOLERANCE_MM = 2.0

@@ -11,9 +11,8 @@ from dataclasses import dataclass, fields
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 
 MOST_POINTS = 100
 """Samples of a window are averaged in groups down to this many points."""
@@ -43,9 +42,6 @@ _LEAST_ALIKE = 8
 """So many rows of one number of points are fitted by one matrix …"""
 _EVEN = 1e-4
 """… whose points lie within this share of a step of where even ones would."""
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.dwells import (
     CUT_OFF_RATIO,
     PLATEAU_BANDS,
@@ -20,10 +20,8 @@ from bufferstand.evaluation.dwells import (
     PLATEAU_RATIO,
     PLATEAU_WIDER,
 )
-from bufferstand.evaluation.record import FloatArray
-from bufferstand.evaluation.turn_sides import IndexArray, Reversals, least_height
+from bufferstand.evaluation.turn_sides import Reversals, least_height
 
-BoolArray = NDArray[np.bool_]
 _CHUNK_SAMPLES = 65_536
 """Samples that are looked at together: what is made of them stays in the processor's cache."""
 

@@ -9,9 +9,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 
-IndexArray = NDArray[np.intp]
 TurnKind = Literal["lower", "upper"]
 ONE_SIDED = 0.01
 """A turn this close to the record's end (share of the stroke on its other side) is seen from one side."""

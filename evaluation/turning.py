@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.dwells import LEAST_SAMPLES, Dwell, plateau
 from bufferstand.evaluation.edges import CONSISTENT, EdgeFit, edge_fits
 from bufferstand.evaluation.motion import TurningPoint, TurnMethod
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.turn_fits import (
     LEAST_POINTS,
     MOST_POINTS,
@@ -26,10 +25,8 @@ from bufferstand.evaluation.turn_fits import (
     smooth_fits,
 )
 from bufferstand.evaluation.turn_screen import screened
-from bufferstand.evaluation.turn_sides import IndexArray, Reversal, Reversals, Side, TurnKind, side_of
+from bufferstand.evaluation.turn_sides import Reversal, Reversals, Side, TurnKind, side_of
 from bufferstand.evaluation.turns.selection import Turns, selected
-
-BoolArray = NDArray[np.bool_]
 
 _LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5])
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""

@@ -6,11 +6,12 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import Draws
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.further_draws import Known, cycle_draws, turn_draws
 from bufferstand.evaluation.propagations import Propagations
-from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.summary import MeanOfDraws
 from bufferstand.evaluation.uncertainty import COVERAGE, expanded

@@ -15,6 +15,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import Draws, force_terms, stroke_term_slopes, stroke_terms
 from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
@@ -22,7 +23,7 @@ from bufferstand.evaluation.loops import cut_loop
 from bufferstand.evaluation.motion import Cycle, EndReading, Loop, TurningPoint
 from bufferstand.evaluation.noise import Noise, Spectrum, white
 from bufferstand.evaluation.own_errors import OwnErrors
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 
 AnyFloat = TypeVar("AnyFloat", np.float64, np.complex128)
 

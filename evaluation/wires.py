@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray, Record
-from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.facts.draw_wires import DrawWires, WireOut
+from bufferstand.evaluation.facts.run_facts import RunFacts
+from bufferstand.evaluation.record import Record
 from bufferstand.foundation.channel import ChannelUncertainty
 
 BLOCKS = 200
@@ -25,44 +27,6 @@ _LOOKED_AT = 50
 """Of a longer stretch, about so many samples are looked at."""
 _MOST_FITTED = 100_000
 """The straight line of the difference over stroke is fitted to at most so many samples, evenly picked."""
-
-
-@dataclass(frozen=True)
-class WireOut:
-    """A wire (``stroke_1``, ``stroke_2``) that stands still while the other moves: broken or stuck."""
-
-    wire: str
-    from_s: float
-
-
-@dataclass(frozen=True)
-class DrawWires:
-    """Difference stroke_1 - stroke_2 over a run.
-
-    Attributes
-    ----------
-    largest_difference_mm, at_s : float
-        Largest absolute difference, and when.
-    offset_mm, scale_mismatch : float or None
-        Straight line of the difference over the stroke: difference = offset + scale_mismatch · stroke.
-        None where the stroke does not move, or a wire is out.
-    remaining_mm : float or None
-        Largest difference from that line: tilt, and what is not linear.
-    limit_mm : float or None
-        Sum of the limits that both channels state; None where they state none.
-    out : tuple of WireOut
-        The wire that is out, if one is; the stroke is the other one alone then.
-    warnings : tuple of str
-    """
-
-    largest_difference_mm: float
-    at_s: float
-    offset_mm: float | None
-    scale_mismatch: float | None
-    remaining_mm: float | None
-    limit_mm: float | None
-    out: tuple[WireOut, ...] = ()
-    warnings: tuple[str, ...] = ()
 
 
 def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, DrawWires | None]:

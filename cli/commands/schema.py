@@ -66,7 +66,7 @@ def _described(name: str) -> type:  # noqa: PLR0911 - one way out for each name;
 
             return ReportFields
         case "inspection":
-            from bufferstand.evaluation.requirements.inspection import Inspection
+            from bufferstand.evaluation.facts.inspection import Inspection
 
             return Inspection
         case "mapping":

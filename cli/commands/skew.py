@@ -51,10 +51,10 @@ def command(
     """
     from bufferstand.evaluation.document import evaluate_file
     from bufferstand.evaluation.evidence import skew_effect
+    from bufferstand.evaluation.facts.run_facts import Options
     from bufferstand.evaluation.load import load_run
-    from bufferstand.evaluation.results import Options
     from bufferstand.evaluation.skew import measure_skew
-    from bufferstand.evaluation.steps import points_of
+    from bufferstand.evaluation.steps.points import points_of
     from bufferstand.recording.catalogue import run_files
 
     files = run_files(paths)

@@ -13,7 +13,7 @@ from bufferstand.cli.options import FILE, FOLDER, out_option, warn
 from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from bufferstand.evaluation.validation import SetResult
+    from bufferstand.evaluation.validation.performing import SetResult
 
 
 @click.command("validate", epilog="Example:  bufferstand validate --out validation --by 'J. Novak'")
@@ -35,7 +35,8 @@ def command(out: Path, by: str, sets: Path | None, results: Path | None) -> int:
     Exit status 0 if every value is as agreed; 2 if one is not: the installation must not be used then.
     """
     from bufferstand.evaluation.report.validation_record import write_validation
-    from bufferstand.evaluation.validation import load_sets, shipped_sets, validate
+    from bufferstand.evaluation.validation.proof import validate
+    from bufferstand.evaluation.validation.standard_sets import load_sets, shipped_sets
 
     chosen = shipped_sets() if sets is None else load_sets(sets)
     other = None if results is None else _results(results)

@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.shared import Owed
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.facts.shared_errors import Owed
 
 PROBABILITY = 0.95
 """Probability that a ``half_width_95`` covers."""

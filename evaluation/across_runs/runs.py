@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs.combine import Figure
 from bufferstand.evaluation.across_runs.identity import weakest
-from bufferstand.evaluation.across_runs.shared import Owed
 from bufferstand.evaluation.document_types import Basis
+from bufferstand.evaluation.facts.shared_errors import Owed
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.uncertainty import COVERAGE
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import TIME_BASE_LIMIT
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.reversals import sampling_of
 
 TIME_STEP_S = 1e-6

@@ -18,9 +18,9 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from bufferstand.evaluation.across_runs.shared import Owed, SharedErrors, shared_of
 from bufferstand.evaluation.differences import Value, difference
 from bufferstand.evaluation.document import SCHEMA
+from bufferstand.evaluation.facts.shared_errors import Owed, SharedErrors, shared_of
 from bufferstand.evaluation.table import version_text
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings import read_text

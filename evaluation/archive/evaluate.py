@@ -12,7 +12,7 @@ from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.identity import Settings, Software, settings_entry, software
 from bufferstand.evaluation.archive.kept import KeptRun, Wanted
 from bufferstand.evaluation.archive.work import File, Outcome
-from bufferstand.evaluation.conformity import Decided, decide_purposes
+from bufferstand.evaluation.conformity.purposes import Decided, decide_purposes
 from bufferstand.evaluation.copies import Copy, each_once
 from bufferstand.evaluation.document import SCHEMA, what_runs_say_together
 from bufferstand.foundation.names import readable

@@ -13,8 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from bufferstand.evaluation.results import Options
 from bufferstand.foundation.canonical import content_hash
 
 ROOMS = ("evaluation", "recording", "foundation")

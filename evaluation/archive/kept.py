@@ -19,12 +19,14 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.across_runs.shared import shared_of
-from bufferstand.evaluation.conformity import Candidate, Purpose, candidate_of
+from bufferstand.evaluation.conformity.candidates import candidate_of
+from bufferstand.evaluation.conformity.purposes import Candidate, Purpose
 from bufferstand.evaluation.copies import Recording
 from bufferstand.evaluation.document import LIGHT, run_entry
-from bufferstand.evaluation.mean_loop import MeanLoop
-from bufferstand.evaluation.results import Extreme, Measured, RunEvaluation, RunFacts, StepResult, Summary
+from bufferstand.evaluation.facts.mean_loop import MeanLoop
+from bufferstand.evaluation.facts.run_facts import RunFacts
+from bufferstand.evaluation.facts.shared_errors import shared_of
+from bufferstand.evaluation.results import Extreme, Measured, RunEvaluation, StepResult, Summary
 from bufferstand.evaluation.table import NUMBERS, cycle_numbers, cycle_rows
 
 _HEAD = '{"run":{'

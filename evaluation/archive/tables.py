@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
 from bufferstand.evaluation.archive.kept import KeptRun
-from bufferstand.evaluation.conformity import Purpose
+from bufferstand.evaluation.conformity.purposes import Purpose
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.results import EXTREME_NAMES
 from bufferstand.evaluation.table import (

@@ -13,12 +13,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.defects import finite_where_rising, step_limits
 from bufferstand.evaluation.gaps.clock import understand
 from bufferstand.evaluation.splines import moved
 from bufferstand.foundation.ranks import median
-
-FloatArray = NDArray[np.float64]
 
 _SAME_INSTANT_S = 1e-9
 LONG = 1.5

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.between import Between
 from bufferstand.evaluation.channels.bring import as_taken, bring, same_instants, usable, usual_step_s
 from bufferstand.evaluation.channels.rates import Rates, Readings, Seen, within
@@ -18,8 +18,6 @@ from bufferstand.evaluation.reversals import noise_sigma
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.units import to_inside
 from bufferstand.recording.run import Run, Series
-
-FloatArray = NDArray[np.float64]
 
 _STEPS_LEFT = 2.0
 """No more steps of the slower channel are left out at the ends of a record without a word."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.between import Between
 from bufferstand.evaluation.channels.bring import bring, usable, usual_step_s
 from bufferstand.evaluation.channels.joined import channels_of
@@ -16,8 +16,6 @@ from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.ranks import median
 from bufferstand.foundation.units import to_inside
 from bufferstand.recording.run import Run
-
-FloatArray = NDArray[np.float64]
 
 _MARGIN = 64
 """Readings about a piece that its splines see: what lies further off counts by less than 0.27^64."""

@@ -8,10 +8,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.bring import too_coarse
 from bufferstand.evaluation.reversals import noise_sigma
-
-FloatArray = NDArray[np.float64]
 
 STROKE_OFF, FORCE_OFF = 0.05, 0.25
 """Between readings of the other channel, stroke and force may leave the straight line by this share of their

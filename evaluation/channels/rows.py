@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.recording.foreign.instants import (
     doubled_rows,
     has_own_instants,
     shared_stamps,
     spread_stamps,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 def is_stamped(metadata: Mapping[str, Any], stream: str) -> bool:

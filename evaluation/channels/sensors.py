@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from bufferstand.evaluation.arrays import FloatArray
+
 Mask = NDArray[np.bool_]
 
 POSSIBLE_C = (-80.0, 300.0)

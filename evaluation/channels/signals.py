@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.holes import HOLE_S, hole_from_s
 from bufferstand.foundation.ranks import median
@@ -20,7 +21,6 @@ from bufferstand.recording.run import STROKES, Run
 
 MOST = 8_000
 """Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""
-FloatArray = NDArray[np.float64]
 
 FORCES = ("force", "force_2")
 PISTON = ("position", "command")

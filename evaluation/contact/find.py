@@ -10,16 +10,14 @@ place is anywhere between the two.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.document_types import FirstContactEntry
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
+from bufferstand.evaluation.facts.first_contact import FirstContact
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record
-
-IndexArray = NDArray[np.intp]
+from bufferstand.evaluation.record import Record
 
 _FEWEST = 20
 """Samples up to the first upper turning point, below which nothing is looked for."""
@@ -63,52 +61,6 @@ _BRANCH_MM = 2.0
 """The branch that is extrapolated back: so far from where the force rises, without its first third."""
 _STROKES = 3
 """A first contact that the first stroke does not show is looked for in so many."""
-
-
-@dataclass(frozen=True)
-class FirstContact:
-    """First contact as the record shows it; what it does not show is None, and ``why`` says why.
-
-    Attributes
-    ----------
-    stroke_mm : float or None
-        Place of the contact on the recorded stroke.
-    expanded_uncertainty : float or None
-        Half of the stretch in which it surely lies, noise of the stroke included [mm].
-    recorded_zero_offset_mm : float or None
-        Recorded zero of the stroke as counted from the contact: negative where the zero lies before it.
-    rest_force_kN : float or None
-        Force before contact.
-    stated_zero_mm : float
-        Limit of the error of the zero that the stroke channels state (0: none).
-    beyond : bool
-        Whether the zero is off by more than U and what is stated.
-    how : str
-        ``jump`` (preload), ``rise`` (none to be seen) or ``not on record``.
-    why : str
-    """
-
-    stroke_mm: float | None
-    expanded_uncertainty: float | None
-    recorded_zero_offset_mm: float | None
-    rest_force_kN: float | None
-    stated_zero_mm: float
-    beyond: bool
-    how: str
-    why: str
-
-    def entry(self) -> FirstContactEntry:
-        """Return it as the document holds it."""
-        return {
-            "stroke_mm": self.stroke_mm,
-            "expanded_uncertainty": self.expanded_uncertainty,
-            "recorded_zero_offset_mm": self.recorded_zero_offset_mm,
-            "rest_force_kN": self.rest_force_kN,
-            "stated_zero_mm": self.stated_zero_mm,
-            "beyond": self.beyond,
-            "how": self.how,
-            "why": self.why,
-        }
 
 
 def first_shown(

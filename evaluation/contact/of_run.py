@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bufferstand.evaluation.contact.find import FirstContact, first_shown
+from bufferstand.evaluation.contact.find import first_shown
 from bufferstand.evaluation.contact.rows import COUNTED
+from bufferstand.evaluation.facts.first_contact import FirstContact
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.results import CycleResult, RequirementResult, RunFacts
+from bufferstand.evaluation.results import CycleResult, RequirementResult
 
 _ZERO_MOVES = ("drift", "offset-jump", "gain-jump")
 

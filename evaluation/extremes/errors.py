@@ -8,10 +8,10 @@ from math import erfc, log, sqrt
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import Draws, stroke_term_slopes
 from bufferstand.evaluation.extremes.speeds import SpeedPeak
-from bufferstand.evaluation.record import FloatArray
-from bufferstand.evaluation.turns import overreach
+from bufferstand.evaluation.turns.force_extremes import overreach
 from bufferstand.evaluation.uncertainty import expanded, half_width_95, stroke_error_mm
 from bufferstand.foundation.channel import ChannelUncertainty
 

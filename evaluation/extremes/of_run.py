@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import Draws
 from bufferstand.evaluation.extremes.errors import (
     Reading,
@@ -21,11 +22,11 @@ from bufferstand.evaluation.extremes.errors import (
 )
 from bufferstand.evaluation.extremes.peaks import peaks_of, stands_alone
 from bufferstand.evaluation.extremes.speeds import SpeedPeak, greatest_speeds
+from bufferstand.evaluation.facts.draw_wires import DrawWires
 from bufferstand.evaluation.noise import Noise, Spectrum
-from bufferstand.evaluation.record import Ends, FloatArray, Peak, Record, Temperature
+from bufferstand.evaluation.record import Ends, Peak, Record, Temperature
 from bufferstand.evaluation.results import EXTREME_NAMES, CycleResult, Extreme, StepResult
 from bufferstand.evaluation.reversals import noise_sigma
-from bufferstand.evaluation.wires import DrawWires
 from bufferstand.foundation.channel import ChannelUncertainty
 
 Extremes = Mapping[str, Extreme]

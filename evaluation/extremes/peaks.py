@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bufferstand.evaluation.record import Ends, FloatArray, Peak
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.record import Ends, Peak
 from bufferstand.foundation.ranks import median
 
 NEAR = 16

@@ -13,9 +13,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.loop_readings import SPEED_WINDOW
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.smoothing import moving_slopes
 from bufferstand.evaluation.uncertainty import NEAR_LARGEST

@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 from bufferstand.evaluation.defects import Defect
 from bufferstand.evaluation.gaps.steps import LONGER
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.reversals import Sampling, find_reversals, sampling_of
 from bufferstand.foundation.ranks import median
-
-IndexArray = NDArray[np.intp]
 
 SAME_SIGMAS, SAME_STEPS, SAME_SHARE = 6.0, 1.5, 1e-4
 """Two values are the same within so many standard deviations of the noise, steps of the converter, or this

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.defects import UNKNOWN
 from bufferstand.foundation.ranks import median
 from bufferstand.recording.foreign.instants import shared_stamps, spread_stamps
-
-FloatArray = NDArray[np.float64]
 
 SET_BACK = 64
 """So many samples in a row whose stamps rise again behind one of the past show a clock that was set."""

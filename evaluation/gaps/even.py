@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.foundation.ranks import median
-
-FloatArray = NDArray[np.float64]
 
 _LEAST_SAMPLES = 64
 _MOST_OFF = 0.75

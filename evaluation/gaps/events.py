@@ -12,10 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 from bufferstand.foundation.ranks import median, quantile
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.intp]
 
 _LEAST_SAMPLES, _LEAST_WAITS = 32, 8
 _SHORTEST = 0.02

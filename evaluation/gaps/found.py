@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.cycles import find_with_harmonics
+from bufferstand.evaluation.facts.moving_mass import InertiaCorrection, MovingMass
 from bufferstand.evaluation.gaps.bounds import GapBounds, gap_bounds
 from bufferstand.evaluation.gaps.bridge import Hole, bridged
 from bufferstand.evaluation.gaps.numbering import Numbering, numbering_of
@@ -20,7 +21,7 @@ from bufferstand.evaluation.gaps.words import (
     hole_warnings,
     with_gap_limits,
 )
-from bufferstand.evaluation.inertia import InertiaCorrection, InertiaForce, MovingMass, correct_inertia
+from bufferstand.evaluation.inertia import InertiaForce, correct_inertia
 from bufferstand.evaluation.loops import CutLoops
 from bufferstand.evaluation.motion import Cycle, TurningPoint
 from bufferstand.evaluation.propagations import Propagations

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.gaps.bridge import Hole
 from bufferstand.evaluation.gaps.events import waits_show
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.foundation.ranks import median
 
 _FEW_SAMPLES = 64

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.intp]
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 
 LONGER = 1.5
 """A step is unusual that is longer than this many usual ones (a missing sample makes 2) …"""

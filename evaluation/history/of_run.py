@@ -8,7 +8,9 @@ from math import hypot
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.every_quantity import QUANTITIES, SETTLING
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.history.facts import (
     CumulatedEnergy,
     Hold,
@@ -20,8 +22,8 @@ from bufferstand.evaluation.history.facts import (
 )
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.noise import Noise
-from bufferstand.evaluation.record import FloatArray, Record
-from bufferstand.evaluation.results import CycleResult, RunFacts, StepResult
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult, StepResult
 from bufferstand.evaluation.summary import MeanOfDraws
 from bufferstand.evaluation.uncertainty import COVERAGE, turn_share
 from bufferstand.foundation.channel import ChannelUncertainty

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 
 
 @dataclass(frozen=True, eq=False)

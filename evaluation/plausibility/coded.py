@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.record import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import MOST, Signals
 from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.coded import Coded
@@ -18,7 +19,7 @@ from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.leave_out import left_out
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.foundation.ranks import median
 
 _NEAREST = 0.75

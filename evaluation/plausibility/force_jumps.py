@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap, rings
@@ -18,7 +19,6 @@ from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.plausibility.scale import STIFFEST
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import median, quantile
 
 SHARE = 0.006

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import FloatArray
 
 BESIDE = 3
 """The motion on a side is the median speed of so many steps."""

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
@@ -31,7 +32,6 @@ from bufferstand.evaluation.plausibility.springs import (
     UNKNOWN_K,
 )
 from bufferstand.evaluation.plausibility.ways_in import uneven_stroke
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import median
 
 SOFTER = 0.03

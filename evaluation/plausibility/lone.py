@@ -7,10 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 from bufferstand.foundation.ranks import median, quantile
-
-IndexArray = NDArray[np.intp]
 
 NOISE = 12.0
 """A lone sample is further off than so many standard deviations of the noise …"""

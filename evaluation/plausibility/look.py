@@ -8,12 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.facts.draw_wires import DrawWires
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.coded import Coded
 from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import FloatArray, Record
-from bufferstand.evaluation.results import CycleResult, RunFacts
-from bufferstand.evaluation.wires import DrawWires
+from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.results import CycleResult
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bufferstand.evaluation.plausibility.reads import Spoiled, summary_without_claims
 from bufferstand.evaluation.results import CycleResult
-from bufferstand.evaluation.steps import Division, divide
+from bufferstand.evaluation.steps.divide import Division, divide
 from bufferstand.evaluation.steps.sum_up import SummedUp
 from bufferstand.foundation.kind import Kind
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.record import FloatArray
 
 _NEAR = 24
 """So many passes nearest in time are compared with."""

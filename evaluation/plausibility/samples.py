@@ -10,9 +10,9 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.defects import step_limits
 from bufferstand.evaluation.plausibility.lone import least_apart, lone_rows
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.reversals import WHITE, Sampling, sampling_of
 from bufferstand.foundation.ranks import median, quantile, sorted_quantile
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.passes import pass_of, ways_of
 from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import median
 
 FORCE_KN, STROKE_MM = 5000.0, 1000.0

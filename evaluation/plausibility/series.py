@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.record import FloatArray
 
 _ENDS = 0.02
 """Cycles that follow each other are alike if both ends of the stroke agree within this share of it …"""

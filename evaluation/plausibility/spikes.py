@@ -8,8 +8,8 @@ that cannot be done (a record that came averaged, too many of them) the cycles a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import IndexArray
 from bufferstand.evaluation.document_types import Effect
 from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.finding import Finding
@@ -18,8 +18,6 @@ from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.ranks import median
-
-IndexArray = NDArray[np.intp]
 
 MOST_LEFT_OUT = 0.01
 """Of a channel, at most this share of the samples is left out."""

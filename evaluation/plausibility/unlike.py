@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.series import Series, series_of
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import median
 
 SHARE = 0.05

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
@@ -28,7 +29,6 @@ from bufferstand.evaluation.plausibility.springs import (
     TIRED,
     UNKNOWN_K,
 )
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import quantile
 
 DIES_AWAY = 1.5

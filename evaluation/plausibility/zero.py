@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.contact.find import first_shown
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.rests import ALIKE_MM, Rest, rests_of
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.foundation.ranks import median
 
 LEAST = 0.003

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.shared import Owed, shared_of
 from bufferstand.evaluation.differences import Difference, Value, difference, equivalences
 from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.facts.shared_errors import Owed, shared_of
 from bufferstand.evaluation.figures.loops import Loop
 from bufferstand.evaluation.report.conformity import conformity_section
 from bufferstand.evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts

@@ -13,7 +13,7 @@ from bufferstand.evaluation.figures.plot import Floats
 from bufferstand.evaluation.figures.timeline import Trace
 from bufferstand.evaluation.model_check import RunCheck
 from bufferstand.evaluation.report.content import Cell, Column, Table
-from bufferstand.evaluation.report.modelled import Modelled
+from bufferstand.evaluation.report.model_answer import Modelled
 from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant, usable
 from bufferstand.evaluation.report.samples import loop_of
 from bufferstand.evaluation.report.source import ReportRun, runs_text

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 
-from bufferstand.evaluation.model_check import AT_CONTACT_MM, KINDS, RunCheck, answer_to, check_run, drive_of
+from bufferstand.evaluation.model_check import RunCheck
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Texts
+from bufferstand.evaluation.report.model_answer import Modelled
 from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant
 from bufferstand.evaluation.report.source import ReportRun
-from bufferstand.foundation.canonical import file_hash
-from bufferstand.foundation.errors import BadInput
-from bufferstand.model.file import load_model
-from bufferstand.model.spring import SpringModel
 
 _METHOD = (
     "Nothing is fitted here: the model answers to the stroke as it was run, beginning each run at the first "
@@ -23,47 +18,6 @@ _METHOD = (
     "the share of the largest measured force. The model's temperature is that of the spring's mass, not of "
     "the place of the sensor."
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Modelled:
-    """A spring model and its answer to each run, by the run's number."""
-
-    file: str
-    sha256: str
-    model: SpringModel
-    checks: Mapping[int, RunCheck]
-    left_out: Mapping[int, str]
-
-
-def apply_model(path: Path, runs: Sequence[ReportRun]) -> Modelled:
-    """Let the model of a file answer to every run that shows the spring alone.
-
-    Raises
-    ------
-    BadInput
-        If the file cannot be read, or no run is one to compare with.
-    """
-    model = load_model(path)
-    checks, left_out = {}, {}
-    for run in runs:
-        if run.kind not in KINDS or run.record is None:
-            left_out[run.number] = run.problem or f"a run of kind “{run.kind}” does not show the spring alone"
-            continue
-        try:
-            drive = drive_of(run.record, run.id)
-        except BadInput as error:
-            left_out[run.number] = error.problem
-            continue
-        if float(np.max(drive.stroke_mm)) < AT_CONTACT_MM:
-            left_out[run.number] = "nothing was compressed"
-            continue
-        checks[run.number] = check_run(drive, answer_to(model, drive))
-    if not checks:
-        raise BadInput(
-            "no static or harmonic run to compare the model with", file=path, remedy="leave --model out"
-        )
-    return Modelled(path.name, file_hash(path), model, checks, left_out)
 
 
 def model_section(runs: Sequence[ReportRun], given: Modelled) -> Section:

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from bufferstand.evaluation.archive.identity import settings_entry
-from bufferstand.evaluation.conformity import Candidate, decide_purposes, standing_of
+from bufferstand.evaluation.conformity.candidates import standing_of
+from bufferstand.evaluation.conformity.purposes import Candidate, decide_purposes
 from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
 from bufferstand.foundation.errors import BadInput
 

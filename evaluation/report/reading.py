@@ -13,10 +13,11 @@ from bufferstand.evaluation.archive.identity import Settings
 from bufferstand.evaluation.archive.local import Local
 from bufferstand.evaluation.archive.tables import document as evaluation_document
 from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.report.apply_model import apply_model
 from bufferstand.evaluation.report.fields import ReportFields, load_fields
-from bufferstand.evaluation.report.modelled import apply_model
 from bufferstand.evaluation.report.purposes import with_purposes
 from bufferstand.evaluation.report.source import ReportRun, Source
 from bufferstand.evaluation.requirements.limit_set import (
@@ -25,8 +26,7 @@ from bufferstand.evaluation.requirements.limit_set import (
     shipped_limit_set,
     shipped_names,
 )
-from bufferstand.evaluation.results import Options
-from bufferstand.evaluation.validation import load_validation
+from bufferstand.evaluation.validation.proof import load_validation
 from bufferstand.foundation.canonical import file_hash
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.catalogue import run_files

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from bufferstand.evaluation.extremes import sample_extremes
+from bufferstand.evaluation.extremes.of_run import sample_extremes
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.content import DASH, Cell
 from bufferstand.evaluation.report.fields import ReportFields
+from bufferstand.evaluation.report.model_answer import Modelled
 from bufferstand.evaluation.report.numbers import moment_of, usable
 from bufferstand.evaluation.requirements.limit_set import LimitSet
 from bufferstand.evaluation.results import Extreme
 from bufferstand.recording.simulated import simulated_of
-
-if TYPE_CHECKING:  # that module answers to the runs defined here
-    from bufferstand.evaluation.report.modelled import Modelled
 
 NOT_RECORDED = "not recorded in the run file"
 _OF_EXTREME = tuple(each.name for each in fields(Extreme))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Loop
-from bufferstand.evaluation.record import FloatArray
 
 _END, _BEFORE = 0.01, (0.10, 0.05)
 """Shares of the stroke: the end that is judged, and the part below the top that it is compared with."""

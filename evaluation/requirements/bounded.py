@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.gaps.bridge import ASTIR
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row
 from bufferstand.evaluation.results import RequirementResult
 

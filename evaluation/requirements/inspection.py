@@ -4,56 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BeforeValidator, Field
-
-from bufferstand.evaluation.results import RunFacts
-from bufferstand.foundation.canonical import content_hash
+from bufferstand.evaluation.facts.inspection import Inspection
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import Day, Settings, load_settings
-
-Length = Annotated[float, Field(gt=0)] | Literal["fill-in"]
-
-
-class Inspected(Settings):
-    """Who inspected which specimen and when, and the lengths read by hand."""
-
-    specimen: str = Field(min_length=1)
-    run: str = ""
-    """Id of the one run that it belongs to; empty: every run of the specimen."""
-    inspector: str = Field(min_length=1)
-    date: Day
-    assembled_length_mm: Length = "fill-in"
-    final_length_mm: Length = "fill-in"
-    length_expanded_uncertainty_mm: Annotated[float, Field(ge=0)] | Literal["fill-in"] = "fill-in"
-    """U (k = 2) of a length read by hand."""
-
-
-class Finding(Settings):
-    """One item of the checklist; ``fill-in``: not looked at."""
-
-    id: str = Field(min_length=1)
-    result: Literal["in-order", "defect", "fill-in"]
-    note: str = ""
-
-
-class Inspection(Settings):
-    """An inspector's file."""
-
-    inspection: Inspected
-    item: Annotated[
-        tuple[Finding, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)
-    ] = ()
-
-    def finding(self, identity: str) -> Finding | None:
-        """Return what was found on an item; None where the file has nothing on it."""
-        return next((item for item in self.item if item.id == identity), None)
-
-    def record(self) -> dict[str, Any]:
-        """Return the whole file with its hash, for the evaluation document."""
-        content = self.model_dump(mode="json")
-        return {**content, "sha256": content_hash(content)}
+from bufferstand.foundation.settings import load_settings
 
 
 def load_inspection(path: Path, known_items: Sequence[str]) -> Inspection:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bufferstand.evaluation.contact import FirstContact, beside
+from bufferstand.evaluation.contact.rows import beside
+from bufferstand.evaluation.facts.first_contact import FirstContact
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.requirements.impact import judge_impact
 from bufferstand.evaluation.requirements.limit_set import LimitSet
 from bufferstand.evaluation.requirements.maintenance import judge_maintenance
 from bufferstand.evaluation.requirements.proof import judge_proof
 from bufferstand.evaluation.requirements.rows import Case
 from bufferstand.evaluation.requirements.static import judge_static
-from bufferstand.evaluation.results import RequirementResult, RunFacts
+from bufferstand.evaluation.results import RequirementResult
 
 _NO_TEST = {
     "conditioning": "whose cycles only prepare the specimen",

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
 from bufferstand.evaluation.requirements.readings import Readings
-from bufferstand.evaluation.thermometry import READING_INTERVAL_S
+from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S
 from bufferstand.foundation.canonical import content_hash
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.kind import Kind

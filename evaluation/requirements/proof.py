@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.checklist import SERVICEABLE, judge_item
 from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import ProofLoad

@@ -8,19 +8,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bufferstand.evaluation.across_runs.shared import Regression
-from bufferstand.evaluation.contact import FirstContact
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.error_model import Draws
+from bufferstand.evaluation.facts.first_contact import FirstContact
+from bufferstand.evaluation.facts.inspection import Inspection
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.gaps.bridge import Hole
 from bufferstand.evaluation.gaps.numbering import Numbering
 from bufferstand.evaluation.gaps.reread import Reread
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.reads import Spoiled
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.decision import conformance_probability, decide
-from bufferstand.evaluation.requirements.inspection import Inspection
 from bufferstand.evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
-from bufferstand.evaluation.results import CycleResult, Options, RequirementResult, RunFacts
+from bufferstand.evaluation.results import CycleResult, RequirementResult
 from bufferstand.evaluation.uncertainty import CyclePropagation, expanded
 
 

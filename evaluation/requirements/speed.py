@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.loop_readings import SPEED_WINDOW
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.smoothing import moving_slopes
 
 _LEAST_WINDOW = 5

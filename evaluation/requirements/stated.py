@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, sqrt
 
 from bufferstand.evaluation.error_model import SHAPE_SHARE, mean_of_wires
-from bufferstand.evaluation.results import RunFacts
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.uncertainty import COVERAGE
 
 _RECTANGULAR = sqrt(3.0)

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.requirements.block import block_contact
 from bufferstand.evaluation.requirements.conditions import governing, static_conditions
 from bufferstand.evaluation.requirements.decision import govern

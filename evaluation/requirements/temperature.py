@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.dwells import EASED_S
-from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.requirements.bounded import unsure_s
 from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
 from bufferstand.evaluation.results import CycleResult, RequirementResult
-from bufferstand.evaluation.thermometry import Hole, longest_hole, read_at, readings_of
+from bufferstand.evaluation.thermometry.coverage import Hole, longest_hole, read_at, readings_of
 
 _IDENTITY = "temperature-range"
 _SLOW_S = 1.0

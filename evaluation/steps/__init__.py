@@ -3,8 +3,3 @@
 What makes the figures of a step is in :mod:`bufferstand.evaluation.steps.sum_up`; it is slow to import, and
 documents and archives do without.
 """
-
-from bufferstand.evaluation.steps.divide import Division, Part, divide
-from bufferstand.evaluation.steps.points import points_of
-
-__all__ = ["Division", "Part", "divide", "points_of"]

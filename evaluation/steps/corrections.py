@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bufferstand.evaluation.facts.run_facts import EVENT
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.foundation.ranks import median
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.gaps.found import Found
     from bufferstand.recording.run import RunEvent
 
-EVENT = "stroke"
 OVER = 0.85
 """A change goes over within a cycle by half a cosine; after so much of it 5 % are left."""
 SAME_SHARE = 0.005

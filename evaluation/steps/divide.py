@@ -14,8 +14,8 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import TurningPoint
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.foundation.kind import Kind
 from bufferstand.foundation.ranks import median

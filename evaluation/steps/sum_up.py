@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from bufferstand.evaluation.across_runs.shared import Regression, SharedErrors
-from bufferstand.evaluation.alignment import SkewSensitivity, skew_sensitivity
+from bufferstand.evaluation.across_runs.shared import Regression
+from bufferstand.evaluation.alignment import skew_sensitivity
 from bufferstand.evaluation.budget_lines import Budget
+from bufferstand.evaluation.facts.mean_loop import MeanLoop
+from bufferstand.evaluation.facts.run_facts import RunFacts
+from bufferstand.evaluation.facts.shared_errors import SharedErrors
+from bufferstand.evaluation.facts.skew_sensitivity import SkewSensitivity
 from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.loops import CutLoops
-from bufferstand.evaluation.mean_loop import MeanLoop, mean_loop
+from bufferstand.evaluation.mean_loop import mean_loop
 from bufferstand.evaluation.propagations import Propagations
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.results import CycleResult, RunFacts, StepResult, Summary
+from bufferstand.evaluation.results import CycleResult, StepResult, Summary
 from bufferstand.evaluation.steps.divide import Division
 from bufferstand.evaluation.summary import MeanOfDraws, summarise
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.record import Temperature
 
 READING_INTERVAL_S = 15.0
 """Readings cover a cycle up to this distance, unless the limit set says otherwise."""

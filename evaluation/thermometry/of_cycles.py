@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S, covers, read_at, readings_of
 
 

@@ -18,14 +18,11 @@ from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.turns.nested_fits import MODELS, Choice, choose, fit
 from bufferstand.evaluation.turns.windows import MOST_POINTS, Ends, Windows, end_windows
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 MOST_ASKED = 24
 """So many readings show which window and terms suit those beside them."""

@@ -13,17 +13,13 @@ from functools import cached_property
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 from bufferstand.evaluation.motion import ExtremeReading
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.smoothing import smoothed
 from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces
 from bufferstand.evaluation.turns.nested_fits import MODELS, PEAK, Choice, choose, fit
 from bufferstand.evaluation.turns.windows import MOST_POINTS, Windows
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 FORCE_WINDOW = 0.01
 """Where an extreme is: maximum of a local parabola over this share of a branch's samples (at least 5)."""

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray, IndexArray
 from bufferstand.evaluation.edges import CONSISTENT
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.turns.windows import Windows
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 POINTS = np.array([5, 7, 10, 14, 20, 28, 40])
 """Points of the windows that are tried; of a branch of fewer, all that it has."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, IndexArray
 from bufferstand.evaluation.branches import Stretches
 from bufferstand.evaluation.dwells import EASED_S
 from bufferstand.evaluation.motion import CycleColumns, TurnColumns
@@ -14,9 +14,6 @@ from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
 from bufferstand.evaluation.turns.sharpness import LONGEST_S
 from bufferstand.evaluation.turns.windows import Ends
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 BY_SPEED = 0.2
 """Where the largest force is so much of the loop's height above that at the upper turn, speed makes it."""

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.edges import CONSISTENT
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.turn_fits import Fits
 from bufferstand.evaluation.turns.sharpness import Tips, sharpness
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 _LIKE_TURNS = 3
 """So many turns of one kind agree on one window …"""

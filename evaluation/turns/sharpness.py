@@ -11,11 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray
-
-BoolArray = NDArray[np.bool_]
+from bufferstand.evaluation.arrays import BoolArray, FloatArray
 
 LONGEST_S = 0.1
 """No stand that moves at all needs more than twice so long to turn; longer is a dwell or a smooth motion."""

@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bufferstand.evaluation.record import FloatArray, Record
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
+from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
+from bufferstand.evaluation.record import Record
 
 MOST_POINTS = 40
 """Samples of a window are averaged in groups down to this many points."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.evaluation.document import evaluate_entry
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.validation.judging import Check, judge_entry
 from bufferstand.evaluation.validation.standard_sets import RECORD, StandardSet
 from bufferstand.foundation.errors import BadInput

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import PISTON, Signals
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.wiring.words import SETTING, doubt
 
 SAME = 0.005

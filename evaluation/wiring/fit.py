@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.foundation.likeness import likeness
 
 MOST_LATE_S = 2.0

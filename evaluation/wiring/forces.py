@@ -7,10 +7,10 @@ from math import inf, log
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
 from bufferstand.evaluation.wiring.jumped import Jumped, jumped
 from bufferstand.evaluation.wiring.words import SECOND, SETTING, doubt

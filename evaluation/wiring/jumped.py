@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.evaluation.record import FloatArray
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.foundation.ranks import median, quantile
 
 LEAST_KN = 3.0

@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.signs import force_falls
-from bufferstand.evaluation.record import FloatArray, Record
+from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.wiring.fit import fitted, lateness
 from bufferstand.evaluation.wiring.words import SETTING, doubt

@@ -13,10 +13,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.record import FloatArray
 from bufferstand.evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
 from bufferstand.evaluation.wiring.words import SETTING, doubt
 from bufferstand.foundation import ranks

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bufferstand.evaluation.facts.run_facts import GuardDoubt
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.results import GuardDoubt
 
 _OF_FIGURES = ("force", "stroke", "temperature", "speed")
 

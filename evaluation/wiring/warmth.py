@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.record import FloatArray, Temperature
+from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.wiring.words import SENSOR, doubt
 from bufferstand.foundation.ranks import median
 

@@ -16,7 +16,7 @@ from bufferstand.drivers.interfaces import MotionState
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.evaluation.document import evaluate_paths
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.recording.runfile import open_run
 from bufferstand.recording.verify import verify
 from tests.clean_stand import clean_stand_text

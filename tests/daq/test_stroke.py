@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from bufferstand.drivers.simulated.inprocess_controller import InProcessController
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.results import Options
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.errors import CommandRejected
 from bufferstand.recording.runfile import open_run

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.evaluation.contact import FirstContact, find_first_contact
+from bufferstand.evaluation.contact.find import find_first_contact
+from bufferstand.evaluation.facts.first_contact import FirstContact
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, Temperature, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats

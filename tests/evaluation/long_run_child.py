@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.long_runs import Bounds
-from bufferstand.evaluation.results import Options
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import Channel, ChannelUncertainty
 from bufferstand.recording.content import Segment

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, Temperature, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.kind import Kind
 from tests.evaluation.signals import STATED, Floats

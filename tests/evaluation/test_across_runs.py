@@ -11,25 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.across_runs import (
-    Chain,
-    ChannelIdentity,
-    Figure,
-    Figures,
-    Occasion,
-    Owed,
-    Regression,
-    Source,
-    coverage_factor_95,
-    fit_line,
-    identity_of,
-    shared_of,
-)
+from bufferstand.evaluation.across_runs.combine import Figure, Figures, coverage_factor_95
+from bufferstand.evaluation.across_runs.identity import ChannelIdentity, Occasion, identity_of
+from bufferstand.evaluation.across_runs.line import fit_line
 from bufferstand.evaluation.across_runs.runs import figure_of
+from bufferstand.evaluation.across_runs.shared import Regression
 from bufferstand.evaluation.archive.kept import keep
 from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
+from bufferstand.evaluation.facts.shared_errors import Chain, Owed, Source, shared_of
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse

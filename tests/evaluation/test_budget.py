@@ -14,8 +14,9 @@ import pytest
 from bufferstand.evaluation.budget_lines import Budget, budget_entry
 from bufferstand.evaluation.document import run_entry
 from bufferstand.evaluation.every_quantity import MAIN
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse, StaticTest

@@ -20,9 +20,9 @@ from bufferstand.evaluation.catalogue import Catalogue, Incomplete, Quantity, Sh
 from bufferstand.evaluation.cycle_quantities import NOWHERE
 from bufferstand.evaluation.document import evaluate_entry, evaluation_document
 from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.report.numbers import quantity_cell
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.table import NUMBERS
 from tests.docs.symbols_page import PAGE, row

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsWriter
 
 from bufferstand.evaluation.channels.bring import bring, too_coarse, usable
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.long_runs import Bounds
-from bufferstand.evaluation.results import Options, RunEvaluation
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.importing import import_file

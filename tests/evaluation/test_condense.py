@@ -8,9 +8,9 @@ import pytest
 from bufferstand.evaluation import reversals
 from bufferstand.evaluation.condense import condensed_for
 from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.quantities import evaluate_cycle
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.reversals import find_reversals, sampling_of
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.kind import Kind

@@ -16,11 +16,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
 from bufferstand.evaluation.requirements.bounded import Span
 from bufferstand.evaluation.requirements.rows import Limits
 from bufferstand.evaluation.requirements.speed import between_rows
-from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats
 

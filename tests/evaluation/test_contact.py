@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.channels.between import Between
-from bufferstand.evaluation.contact import beside, find_first_contact
+from bufferstand.evaluation.contact.find import find_first_contact
+from bufferstand.evaluation.contact.rows import beside
 from bufferstand.evaluation.document import evaluate_file
 from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import StaticTest

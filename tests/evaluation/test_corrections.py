@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.protocols.commanded import Sine
 from bufferstand.recording.run import RunEvent

@@ -16,8 +16,9 @@ import pytest
 
 from bufferstand.evaluation.across_runs.runs import figure_of
 from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.thermal_comparison import compare_temperatures
 from bufferstand.evaluation.trends import find_trends

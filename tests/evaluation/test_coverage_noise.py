@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.closed_loops import Progressive, measured
 from tests.evaluation.disturbed import SURE_FORCE, SURE_WIRES, Disturbance, disturbed

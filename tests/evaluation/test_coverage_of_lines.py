@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.across_runs import Figure, Figures, Owed, Source, fit_line
+from bufferstand.evaluation.across_runs.combine import Figure, Figures
+from bufferstand.evaluation.across_runs.line import fit_line
+from bufferstand.evaluation.facts.shared_errors import Owed, Source
 
 STORED_J, ABSORBED_J, RANGE_MM, STIFFNESS = 9000.0, 2500.0, 70.0, 2.3
 DELAY, GAIN = Source("delay", "cell", "normal"), Source("gain", "cell", "rectangular")

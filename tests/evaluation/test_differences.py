@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.across_runs import Owed, Source
 from bufferstand.evaluation.differences import Value, difference, equivalences
+from bufferstand.evaluation.facts.shared_errors import Owed, Source
 
 number = st.floats(-1e6, 1e6, allow_nan=False)
 positive = st.floats(1e-3, 1e3)

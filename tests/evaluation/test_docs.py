@@ -9,11 +9,11 @@ import pytest
 
 from bufferstand.evaluation import cycles, loop_readings, quantities, thermometry, trends
 from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.requirements import static
 from bufferstand.evaluation.requirements.checklist import asked_items
 from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
 from bufferstand.evaluation.requirements.readings import Readings
-from bufferstand.evaluation.results import Options
 from bufferstand.evaluation.turns.force_extremes import FORCE_WINDOW
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

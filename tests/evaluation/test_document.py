@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 
 from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.requirements.limit_set import load_limit_set, shipped_limit_set
-from bufferstand.evaluation.results import RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.table import COLUMNS, cycle_table, write_table
 from bufferstand.foundation.errors import BadInput

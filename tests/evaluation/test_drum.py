@@ -11,8 +11,9 @@ from bufferstand.evaluation.error_model import (
     stroke_term_slopes,
     stroke_terms,
 )
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured

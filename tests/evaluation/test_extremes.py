@@ -18,13 +18,14 @@ from bufferstand.evaluation.archive.kept import keep
 from bufferstand.evaluation.archive.tables import runs_frame
 from bufferstand.evaluation.document import evaluation_document, run_entry
 from bufferstand.evaluation.error_model import draw_errors
-from bufferstand.evaluation.extremes import peaks_of, sample_extremes
 from bufferstand.evaluation.extremes.errors import Reading, channel_errors, rivals_of, stated
-from bufferstand.evaluation.extremes.peaks import NEAR, stands_alone
+from bufferstand.evaluation.extremes.of_run import sample_extremes
+from bufferstand.evaluation.extremes.peaks import NEAR, peaks_of, stands_alone
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.long_runs import Bounds
 from bufferstand.evaluation.record import Peak, Record, Temperature, make_record
-from bufferstand.evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import EXTREME_NAMES, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import ChannelUncertainty
 from bufferstand.recording.query import parse_query

@@ -11,12 +11,12 @@ import pytest
 from bufferstand.daq.runner import run_campaign
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.evaluation.document import evaluate_file, evaluation_document
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.held_against import HeldAgainst, expected_turns, held_against
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.report.closing import deviations_section, not_as_required
 from bufferstand.evaluation.report.content import Table
 from bufferstand.evaluation.report.reading import read_source
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.evaluation.signals import Ellipse

@@ -11,8 +11,9 @@ import pytest
 
 from bufferstand.evaluation.archive.kept import keep
 from bufferstand.evaluation.document import evaluation_document, run_entry, what_runs_say_together
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.closed_loops import measured
 from tests.evaluation.signals import BUFFER, CERTIFIED, STARTED, STATED, Ellipse, Floats, StaticTest

@@ -10,9 +10,10 @@ import pytest
 
 from bufferstand.evaluation.choices import DecisionRule
 from bufferstand.evaluation.document import run_entry
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run, moving_mass_kg
-from bufferstand.evaluation.results import Options
 from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import Anchor, Segment, StreamContent

@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 
 from bufferstand.evaluation.condense import block_means, block_starts
 from bufferstand.evaluation.defects import Cleaner
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.long_runs import Bounds
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.calibration import Calibration
 from bufferstand.foundation.channel import Channel, ChannelUncertainty

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.inspection import Inspection
 from bufferstand.evaluation.requirements.checklist import asked_items
-from bufferstand.evaluation.requirements.inspection import Inspection, load_inspection
+from bufferstand.evaluation.requirements.inspection import load_inspection
 from bufferstand.evaluation.requirements.limit_set import LimitSet, find_limit_set
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.foundation.errors import BadInput

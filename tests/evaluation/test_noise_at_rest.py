@@ -7,10 +7,11 @@ import pytest
 from scipy.signal import lfilter
 
 from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.history import history_of
+from bufferstand.evaluation.facts.run_facts import RunFacts
+from bufferstand.evaluation.history.of_run import history_of
 from bufferstand.evaluation.noise import Noise, record_noise
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import CycleResult, Quantities, RunFacts
+from bufferstand.evaluation.results import CycleResult, Quantities
 
 STEP_S = 0.01
 NOISE_MM, NOISE_KN = 0.01, 1.0

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import EXTREME_NAMES, Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import EXTREME_NAMES, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 

@@ -10,13 +10,14 @@ from pydantic import ValidationError
 
 from bufferstand.evaluation.cycles import find_cycles
 from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.further_draws import cycle_draws
 from bufferstand.evaluation.hum import Line
 from bufferstand.evaluation.noise import Noise
 from bufferstand.evaluation.own_errors import OwnErrors, own_errors
 from bufferstand.evaluation.quantities import evaluate_cycle
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.uncertainty import CyclePropagation
 from bufferstand.foundation.channel import Channel, ChannelUncertainty

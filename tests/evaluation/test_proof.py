@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.inspection import Finding, Inspected, Inspection
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.requirements.inspection import Finding, Inspected, Inspection
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 

@@ -19,11 +19,12 @@ from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_
 from bufferstand.evaluation.archive.identity import Settings, software
 from bufferstand.evaluation.archive.local import Local
 from bufferstand.evaluation.archive.tables import document, runs_frame
-from bufferstand.evaluation.conformity import Candidate, candidate_of, decide_purposes, standing_of
+from bufferstand.evaluation.conformity.candidates import candidate_of, standing_of
+from bufferstand.evaluation.conformity.purposes import Candidate, decide_purposes
 from bufferstand.evaluation.document import assemble, run_entry
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.report.reading import Given, read_source
 from bufferstand.evaluation.report.reevaluation import changes_of
-from bufferstand.evaluation.results import Options
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording import cachefile
 from bufferstand.recording.foreign.importing import import_file

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.units import to_inside
 

@@ -12,8 +12,9 @@ from bufferstand.drivers.simulated.commands import Code, Command
 from bufferstand.drivers.simulated.settings import simulation_settings
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import ChannelUncertainty
 from tests.clean_stand import IMPERFECTIONS, SAMPLE_STAND

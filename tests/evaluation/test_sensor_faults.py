@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from bufferstand.evaluation.channels.sensors import CODES, POSSIBLE_C, said, true_readings
 from bufferstand.evaluation.document import evaluate_paths
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.recording.foreign.importing import import_file
 from bufferstand.recording.foreign.wanted import ImportOptions
 from tests.evaluation.signals import Floats, StaticTest

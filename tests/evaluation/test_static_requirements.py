@@ -100,8 +100,8 @@ def test_one_requirement_fails(name: str) -> None:
 
 def shaped(run_test: StaticTest, points: list[tuple[float, float]]) -> RunEvaluation:
     """Evaluate a test whose loading branch goes through given points."""
+    from bufferstand.evaluation.facts.run_facts import Options
     from bufferstand.evaluation.record import make_record
-    from bufferstand.evaluation.results import Options
     from bufferstand.evaluation.run import evaluate_run
 
     time, stroke, force = replace(run_test, noise_mm=0.0, noise_kN=0.0).columns()
@@ -322,7 +322,7 @@ def test_other_limits() -> None:
         update={"energy": limits.energy.model_copy(update={"stored_min_J": 30000.0})}
     )
     assert stricter.sha256 != limits.sha256
-    from bufferstand.evaluation.results import Options
+    from bufferstand.evaluation.facts.run_facts import Options
     from bufferstand.evaluation.run import evaluate_run
 
     run = evaluate_run(GOOD.record(), GOOD.facts(), Options(draws=100), stricter)

@@ -11,7 +11,7 @@ from bufferstand.evaluation.archive.facts import result_facts
 from bufferstand.evaluation.archive.kept import keep
 from bufferstand.evaluation.document import evaluation_document, run_entry, what_runs_say_together
 from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.steps import points_of
+from bufferstand.evaluation.steps.points import points_of
 from tests.evaluation.stepped import Block, columns, evaluated, strokes, sweep
 
 BLOCKS = (Block(), Block(amplitude_mm=10.0), Block(frequency_Hz=2.0), Block(mean_mm=70.0), Block())

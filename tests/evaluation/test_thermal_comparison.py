@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.across_runs import ChannelIdentity
+from bufferstand.evaluation.across_runs.identity import ChannelIdentity
 from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.thermal_comparison import TemperatureComparison, compare_temperatures
 from bufferstand.model.file import load_model

@@ -11,17 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from bufferstand.evaluation.results import Options, RequirementResult, RunEvaluation
+from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.thermometry import (
-    READING_INTERVAL_S,
-    covers,
-    longest_hole,
-    readings_of,
-    temperatures_of,
-)
+from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S, covers, longest_hole, readings_of
+from bufferstand.evaluation.thermometry.of_cycles import temperatures_of
 from tests.evaluation.signals import Floats, StaticTest
 
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import Measured, Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import Measured, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.trends import find_trends
 from tests.evaluation.signals import CERTIFIED, STATED, Ellipse

@@ -7,10 +7,10 @@ import pytest
 
 from bufferstand.evaluation.cycles import find_cycles
 from bufferstand.evaluation.error_model import draw_errors, mean_of_wires, missing_facts
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.further_draws import cycle_draws
 from bufferstand.evaluation.noise import Noise, record_noise
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.uncertainty import (
     CyclePropagation,

@@ -11,10 +11,11 @@ import pytest
 
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.plausibility import Look
+from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.evaluation.wiring.strokes import strokes_and_piston
 from bufferstand.foundation.channel import ChannelUncertainty

@@ -13,7 +13,7 @@ import pytest
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
 from bufferstand.evaluation.archive.identity import Settings
 from bufferstand.evaluation.archive.tables import cycles_frame, document, runs_frame
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from tests.evaluation_report.make_runs import Made, write_campaign
 from tests.recording.samples import flipped
 

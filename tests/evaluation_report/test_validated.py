@@ -17,7 +17,8 @@ from bufferstand.evaluation.report.fields import read_fields
 from bufferstand.evaluation.report.reading import Given, read_source
 from bufferstand.evaluation.report.source import Source
 from bufferstand.evaluation.report.validated import software_section
-from bufferstand.evaluation.validation import shipped_sets, validate
+from bufferstand.evaluation.validation.proof import validate
+from bufferstand.evaluation.validation.standard_sets import shipped_sets
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.report import fields
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.reading import Given, read_source
 from bufferstand.evaluation.report.verdicts import name_of
 from bufferstand.evaluation.report.writing import write_report
-from bufferstand.evaluation.results import Options
 from bufferstand.foundation.canonical import file_hash
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.catalogue import run_files

@@ -20,13 +20,13 @@ from unittest import mock
 from bufferstand.cli.main import bufferstand
 from bufferstand.daq.runner import run_campaign
 from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.build_comparison import build_comparison
 from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.fields import ReportFields
 from bufferstand.evaluation.report.reading import Given, read_source
 from bufferstand.evaluation.report.sides import side_by_side
-from bufferstand.evaluation.results import Options
 from bufferstand.foundation.canonical import content_hash
 from bufferstand.recording.runfile import read_metadata
 from tests.daq.cases import Lines

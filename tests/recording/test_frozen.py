@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.document import evaluate_paths
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.recording.metadata import FORMAT_VERSION
 from bufferstand.recording.runfile import open_run
 from bufferstand.recording.verify import verify

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from bufferstand.evaluation.validation import judge_results, shipped_sets
+from bufferstand.evaluation.validation.performing import judge_results
+from bufferstand.evaluation.validation.standard_sets import shipped_sets
 from examples.validation.plain_scipy import results
 
 PAGE = Path(__file__).parents[2] / "docs" / "validation.md"

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.validation import load_sets, shipped_sets
-from bufferstand.evaluation.validation.standard_sets import RECORD, TRUTH
+from bufferstand.evaluation.validation.standard_sets import RECORD, TRUTH, load_sets, shipped_sets
 from bufferstand.foundation.errors import BadInput
 from tests.validation.making.every import every_set
 from tests.validation.making.standard_set import StandardSet

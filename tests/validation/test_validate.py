@@ -13,14 +13,9 @@ import pytest
 from click.testing import CliRunner
 
 from bufferstand.cli.commands.validate import command
-from bufferstand.evaluation.validation import (
-    Validation,
-    evaluate_set,
-    judge_results,
-    load_validation,
-    shipped_sets,
-    validate,
-)
+from bufferstand.evaluation.validation.performing import evaluate_set, judge_results
+from bufferstand.evaluation.validation.proof import Validation, load_validation, validate
+from bufferstand.evaluation.validation.standard_sets import shipped_sets
 from bufferstand.foundation.errors import BadInput
 
 SETS = {one.id: one for one in shipped_sets()}
@@ -88,7 +83,7 @@ def test_a_value_that_is_not_as_agreed_ends_with_2_and_is_named(elastic: Path, t
 
 def test_what_is_missing_is_not_as_agreed(elastic: Path) -> None:
     with_truth(elastic, what="no_such_figure_J")
-    from bufferstand.evaluation.validation import load_sets
+    from bufferstand.evaluation.validation.standard_sets import load_sets
 
     result = evaluate_set(load_sets(elastic)[0])
     assert [check.found for check in result.missed] == [None]
@@ -96,7 +91,7 @@ def test_what_is_missing_is_not_as_agreed(elastic: Path) -> None:
 
 
 def test_a_record_that_is_refused_is_a_result(elastic: Path) -> None:
-    from bufferstand.evaluation.validation import load_sets
+    from bufferstand.evaluation.validation.standard_sets import load_sets
 
     (elastic / "elastic" / "record.csv").write_text("nothing,of,use\n1,2,3\n", encoding="utf-8")
     result = evaluate_set(load_sets(elastic)[0])

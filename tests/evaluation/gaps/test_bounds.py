@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.moving_mass import MovingMass
 from bufferstand.evaluation.gaps.bounds import MOST_ENERGY, MOST_STROKE
 from bufferstand.evaluation.gaps.found import Found, found_in
-from bufferstand.evaluation.inertia import MovingMass
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import CycleResult
 from tests.evaluation.signals import Floats

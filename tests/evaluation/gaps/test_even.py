@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.gaps.even import even_stamps
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.signals import STATED
 

@@ -7,6 +7,7 @@ import pytest
 
 from bufferstand.evaluation.channels.bring import as_taken
 from bufferstand.evaluation.channels.signals import Signals
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.codes import without_codes
 from bufferstand.evaluation.plausibility.leaps import largest_leaps
@@ -14,7 +15,6 @@ from bufferstand.evaluation.plausibility.lone import lone_rows
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunFacts
 from bufferstand.evaluation.wires import check_wires
 from bufferstand.evaluation.wiring.strokes import strokes_and_piston
 from tests.evaluation.plausibility.records import Floats, of_kind, static

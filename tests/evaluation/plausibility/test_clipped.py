@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.clipped import clipped_again
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunFacts
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.plausibility.reads import read_from
 from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 from tests.evaluation.signals import STATED, StaticTest

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.plausibility.force_jumps import _is_contact
 from bufferstand.evaluation.plausibility.leaps import Leap
 from bufferstand.evaluation.plausibility.passes import Pass, Way
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.plausibility.records import Floats, of_kind, static
 

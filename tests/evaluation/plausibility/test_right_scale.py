@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.look import Look
 from bufferstand.evaluation.plausibility.scale import implausible_units
 from bufferstand.evaluation.plausibility.signs import turned_signs
 from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunFacts
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 

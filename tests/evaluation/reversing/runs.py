@@ -12,8 +12,9 @@ from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
 from bufferstand.drivers.simulated.truth import Truth
 from bufferstand.drivers.stand_file import load_stand
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import Options, RunEvaluation, RunFacts
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import Channel
 from bufferstand.foundation.kind import Kind

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.results import Options, RunFacts
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.run import evaluate_run
 from tests.evaluation.turns.imperfect_stands import (
     CHECKED,

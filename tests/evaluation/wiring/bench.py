@@ -26,7 +26,8 @@ from bufferstand.drivers.simulated.miswired.settings import Miswired
 from bufferstand.drivers.simulated.miswired.signal import WrongSignal
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.evaluation.document import evaluate_file
-from bufferstand.evaluation.results import Options, RunEvaluation
+from bufferstand.evaluation.facts.run_facts import Options
+from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.foundation.channel import Channel
 from bufferstand.foundation.motions import StandStill
 from bufferstand.protocols.plan import Plan

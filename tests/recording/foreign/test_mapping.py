@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.document import evaluate_paths
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.importing import Imported, import_file
 from bufferstand.recording.foreign.mapping import load_mapping

@@ -1,0 +1,1 @@
+"""Frozen facts that the steps of an evaluation hand on. No computation."""
