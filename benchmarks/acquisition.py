@@ -36,7 +36,8 @@ from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Stand
 from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.recording.writer import RunRecorder
 

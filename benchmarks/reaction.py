@@ -45,7 +45,8 @@ from bufferstand.drivers.connect import build_controller, build_sensors
 from bufferstand.drivers.interfaces import Controller, SampleBlock, Stand
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import start_process, wires_folder
-from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import Clock, WallClock
 from bufferstand.foundation.motions import ControllerMotion, RampTo, StandStill
 from bufferstand.recording.writer import RunRecorder

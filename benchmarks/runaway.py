@@ -59,7 +59,8 @@ from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_proc
 from bufferstand.drivers.simulated.physics import ActuatorFacts
 from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
 from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import Clock
 from bufferstand.protocols.steps import Motion, RampTo, Release
 

@@ -19,7 +19,8 @@ from bufferstand.daq.manual import RELEASE_SPEED_MM_PER_S, ManualLimits, ManualS
 from bufferstand.daq.signals import StopRequest, stop_on_signals
 from bufferstand.drivers.connect import build_controller, build_sensors
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import Clock, WallClock
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.foundation.zero import Zero

@@ -10,7 +10,8 @@ from typing import Any
 from bufferstand.daq.guard_catalogue import demand_own_tables
 from bufferstand.daq.unguarded import demand_consent, demand_thermometers, unguarded, watching_of
 from bufferstand.drivers.leeway import leeway_of
-from bufferstand.drivers.stand_file import StandFile, load_stand, wires_from
+from bufferstand.drivers.stand_file import StandFile, wires_from
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import SpecimenFile, load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.protocols.campaign import Campaign, load_campaign

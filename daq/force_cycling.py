@@ -13,19 +13,19 @@ Positions are the piston's from first contact [mm]: so what the machine gives wa
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.force_row import ForceTurns, force_row
+from bufferstand.daq.commanding import Commanding
+from bufferstand.daq.force_row import ForceRow, ForceTurns, force_row
 from bufferstand.daq.turn_watch import TurnWatch
 from bufferstand.protocols.force_turns import FINEST_MM
 from bufferstand.protocols.steps import ForceCycles, RampTo, RampToForce
-
-if TYPE_CHECKING:
-    from bufferstand.daq.driving import Driver
 
 PASSES = 2.0
 """So many passes ahead is looked where a turn is not known yet: its force grows faster and faster."""
@@ -55,6 +55,30 @@ SOFTEST_SHARE = 0.2
 """A stiffness below this share of the secant's is taken for a failed measurement."""
 
 
+class RampRunner(Protocol):
+    """What cycling between two forces needs of whoever performs the motions."""
+
+    commanding: Commanding
+    cycles_done: int
+    command_s: float
+    force_rows: list[ForceRow]
+
+    def pump(self) -> None:
+        """Take what was sampled, and obey guards and operator."""
+
+    def wait(self, duration_s: float) -> None:
+        """Let so much time pass [s of stand time]."""
+
+    def ramp(self, way: RampTo, limit_s: float, enough: Callable[[], bool]) -> bool:
+        """Perform a ramp until it ends or ``enough`` says so; return whether it ended by itself."""
+
+    def counting_turns(self) -> AbstractContextManager[None]:
+        """Count cycles by the turns of the force, inside."""
+
+    def count_cycle(self) -> None:
+        """Count a cycle that is complete."""
+
+
 @dataclass
 class _Turn:
     """One of the two turns: which way leads to it, the force aimed at [kN], and where it should lie [mm].
@@ -72,7 +96,7 @@ class _Turn:
 
 
 def cycle_between_forces(
-    motion: ForceCycles, driver: Driver, acquisition: Acquisition, limit_s: float
+    motion: ForceCycles, driver: RampRunner, acquisition: Acquisition, limit_s: float
 ) -> None:
     """Perform the cycles; the piston stands at the lower force afterwards.
 
@@ -80,7 +104,7 @@ def cycle_between_forces(
     ----------
     motion : ForceCycles
         What to do.
-    driver : Driver
+    driver : RampRunner
         Performs the ramps, counts the cycles, and obeys guards and operator.
     acquisition : Acquisition
         Its samples say what was reached; every cycle becomes an event of the run.
@@ -107,7 +131,9 @@ def cycle_between_forces(
 class _Cycling:
     """The cycles of one motion, with what is learned in them."""
 
-    def __init__(self, motion: ForceCycles, driver: Driver, acquisition: Acquisition, limit_s: float) -> None:
+    def __init__(
+        self, motion: ForceCycles, driver: RampRunner, acquisition: Acquisition, limit_s: float
+    ) -> None:
         self._motion, self._driver = motion, driver
         self._acquisition, self._limit_s = acquisition, limit_s
         self.watch = TurnWatch()

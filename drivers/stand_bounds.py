@@ -6,20 +6,16 @@ the file alone tells is told here; whether the scale is *true* only a motion sho
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from bufferstand.drivers.amplifier_map import load_amplifier_map
+from bufferstand.drivers.profile import Profile
 from bufferstand.drivers.registers import RegisterType
+from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.channel import Calibration, Channel
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings import place_of
 from bufferstand.foundation.shares import TRIP_SHARE, tilt_bound_mm
-
-if TYPE_CHECKING:
-    from bufferstand.drivers.profile import Profile
-    from bufferstand.drivers.stand_file import StandFile
 
 POWER_ON_COUNTS = 1360.0
 """Counts of a DS18B20 that has lost its supply: 85 °C in sixteenths."""

@@ -19,7 +19,6 @@ from pydantic import (
 
 from bufferstand.drivers.amplifier_settings import AedSettings, Gsv2Settings, ModbusAmplifierSettings
 from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.stand_bounds import demand_stand_bounds
 from bufferstand.drivers.stand_numbers import (
     STAND_FORCE_KN,
     Baud,
@@ -40,7 +39,7 @@ from bufferstand.drivers.stand_numbers import (
 from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.force_speed import curve_problem
-from bufferstand.foundation.settings import Settings, load_settings, read_text
+from bufferstand.foundation.settings import Settings
 from bufferstand.foundation.wanted import Within
 from bufferstand.foundation.wrong_key import WrongKeyError
 
@@ -443,30 +442,6 @@ class Endpoints:
     amplifier_host: str | None = None
     amplifier_tcp_port: int | None = None
     timeout_s: float | None = None
-
-
-def load_stand(path: Path) -> StandFile:
-    """Read and check a stand file and the profile that it names.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be read, breaks the schema, names a profile that is not there or does not fit, or has a
-        setting outside its bounds.
-    """
-    stand_file = load_settings(path, StandFile)
-    stand_file._path = path
-    window = stand_file.profile().window
-    sampled = set(CONTROLLER_CHANNELS) if window is None else {name for name, _ in window.sample} - {"tick"}
-    if sampled != set(CONTROLLER_CHANNELS):
-        raise BadInput(
-            f"profile “{stand_file.controller.profile}” samples {', '.join(sorted(sampled))}",
-            file=path,
-            place="controller.profile",
-            remedy=f"the ring must sample exactly {', '.join(CONTROLLER_CHANNELS)}",
-        )
-    demand_stand_bounds(stand_file, stand_file.profile(), read_text(path))
-    return stand_file
 
 
 def wires_from(stand_file: StandFile, folder: Path) -> StandFile:

@@ -44,7 +44,7 @@ def command(stand: Path, as_json: bool, watch: float, transcript: Path | None) -
     be true, or a calibration has expired; the remarks say where to look.
     """
     from bufferstand.drivers.check import check_stand
-    from bufferstand.drivers.stand_file import load_stand
+    from bufferstand.drivers.stand_loading import load_stand
     from bufferstand.drivers.transcript_tap import record_wires
 
     stand_file = load_stand(stand)

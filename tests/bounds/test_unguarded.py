@@ -13,7 +13,7 @@ from bufferstand.daq.agreement_guard import AgreementGuard
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.errors import BadInput
 from bufferstand.protocols.curve_predictor import NothingKnown
 from tests.bounds.files import (

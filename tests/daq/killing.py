@@ -20,7 +20,8 @@ import numpy as np
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.recording.runfile import open_run
 from bufferstand.recording.verify import verify

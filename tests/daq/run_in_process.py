@@ -13,7 +13,8 @@ from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.signals import StopRequest, stop_on_signals
 from bufferstand.daq.terminal import PlainLines
 from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.protocols.campaign import load_campaign

@@ -15,7 +15,8 @@ from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.profile import SHIPPED
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.model.stepper import SpringStepper

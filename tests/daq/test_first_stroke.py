@@ -7,7 +7,7 @@ from pathlib import Path
 from bufferstand.daq.folder import load_record
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.protocols.campaign import load_campaign
 from bufferstand.protocols.curve_predictor import NothingKnown

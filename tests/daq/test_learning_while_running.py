@@ -14,7 +14,7 @@ from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.signals import StopLevel, StopRequest
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.model.file import load_model
 from bufferstand.protocols.learning import learn_heating
 from bufferstand.protocols.prediction import ModelPredictor

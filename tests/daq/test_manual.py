@@ -27,7 +27,8 @@ from bufferstand.drivers.simulated.commands import Fault
 from bufferstand.drivers.simulated.controller import Controller
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.inprocess_controller import InProcessController
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.errors import BadInput, DeviceFault
 from bufferstand.foundation.zero import ChannelZero, Zero
 from tests.contract.stand.backends import write_stand

@@ -16,7 +16,8 @@ from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.connect import build_controller, build_sensors
 from bufferstand.drivers.interfaces import MotionState, Stand
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.recording.runfile import open_run

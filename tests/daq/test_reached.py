@@ -16,7 +16,7 @@ from bufferstand.daq.reached import OWN_WORD, REAL, STARTED, WAITS, how_reached
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.interfaces import Identity, Stand
 from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.recording.runfile import open_run, read_metadata
 from tests.daq.cases import FACTS, HARMONIC, SAMPLES, plan_of, write_campaign
 from tests.daq.fake_stand import Orders, fake_stand

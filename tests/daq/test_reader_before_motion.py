@@ -17,7 +17,7 @@ from bufferstand.daq.signals import StopRequest
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_pdu import WRITE_ONE
 from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.motions import ControllerMotion
 from bufferstand.protocols.steps import RampTo
 from tests.drivers.conftest import SAMPLE_STAND

@@ -16,7 +16,7 @@ from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.sensor_drift import Lag, SensorDrift
 from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.protocols.campaign import load_campaign
 from bufferstand.protocols.curve_predictor import CurvePredictor

@@ -18,7 +18,7 @@ import numpy as np
 
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.protocols.campaign import load_campaign

@@ -23,7 +23,8 @@ from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
 from bufferstand.drivers.simulated.serial_pty import AmplifierPty
-from bufferstand.drivers.stand_file import AmplifierSettings, load_stand
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.drivers.stand_loading import load_stand
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump
 from tests.drivers.servers import loop_thread

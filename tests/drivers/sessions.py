@@ -16,7 +16,8 @@ from bufferstand.drivers.modbus_link import ModbusLink
 from bufferstand.drivers.modbus_wires import TcpWire
 from bufferstand.drivers.register_controller import RegisterController
 from bufferstand.drivers.registers import decode_value
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 

@@ -8,7 +8,8 @@ import pytest
 
 from benchmarks import acquisition
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 
 
 @pytest.mark.long

@@ -14,7 +14,8 @@ from bufferstand.drivers.check_verdict import Verdict
 from bufferstand.drivers.connect import build_sensors, open_stand
 from bufferstand.drivers.interfaces import DeviceFault
 from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.stand_file import Endpoints, StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice

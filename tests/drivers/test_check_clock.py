@@ -19,7 +19,8 @@ from bufferstand.drivers.modbus_wires import RtuWire
 from bufferstand.drivers.profile import Profile
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import Endpoints, StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice

@@ -16,7 +16,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_pdu import READ_HOLDING
 from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire, virtual_link
 from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from tests.drivers.conftest import SAMPLE_STAND
 
 

@@ -15,7 +15,7 @@ from bufferstand.drivers.modbus_link import Exchange, ModbusLink, ModbusRefusal
 from bufferstand.drivers.modbus_wires import TcpWire
 from bufferstand.drivers.profile import Profile
 from bufferstand.drivers.ring_controller import AHEAD_S, BEHIND_BLOCKS, RingController
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
 from tests.drivers import servers

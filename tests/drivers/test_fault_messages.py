@@ -23,7 +23,8 @@ from bufferstand.drivers.simulated.faults import FAULTS, ONCE, parse_fault, targ
 from bufferstand.drivers.simulated.faults_control import ask
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.motions import RampTo
 from tests.drivers.conftest import SAMPLE_STAND

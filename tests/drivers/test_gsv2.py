@@ -12,7 +12,8 @@ import pytest
 
 from bufferstand.drivers.gsv2 import Gsv2Amplifier, frequency_of, register_of
 from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.stand_file import AmplifierSettings, load_stand
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import PATIENCE_S, Collector, until
 from tests.drivers.conftest import SAMPLE_STAND

@@ -15,7 +15,8 @@ from bufferstand.drivers.interfaces import DeviceFault
 from bufferstand.drivers.modbus_amplifier import ModbusAmplifier
 from bufferstand.drivers.modbus_link import ModbusLink
 from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.stand_file import AmplifierSettings, load_stand
+from bufferstand.drivers.stand_file import AmplifierSettings
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.transcript import read_transcript
 from bufferstand.drivers.transcript_tap import record_wires
 from bufferstand.foundation.clock import WallClock

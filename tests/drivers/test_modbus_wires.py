@@ -17,7 +17,7 @@ from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
 from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import WireLost
 from bufferstand.foundation.motions import RampTo, StandStill

@@ -22,7 +22,7 @@ from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND

@@ -17,7 +17,7 @@ from bufferstand.drivers.modbus_link import ModbusLink
 from bufferstand.drivers.modbus_wires import TcpWire
 from bufferstand.drivers.profile import Profile, load_profile
 from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.drivers import servers

@@ -10,7 +10,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
 from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.simulated.virtual_link import virtual_link
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from tests.daq.cases import SAMPLES
 from tests.drivers.profiles import changed_ring
 

@@ -15,7 +15,8 @@ from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Stand
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import load_stand, with_endpoints
+from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.daq.cases import ListRecorder
 from tests.drivers.profiles import RING_TEXT

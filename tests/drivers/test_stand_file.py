@@ -12,10 +12,10 @@ from bufferstand.drivers.stand_file import (
     Endpoints,
     Limits,
     StandFile,
-    load_stand,
     wires_from,
     with_endpoints,
 )
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 

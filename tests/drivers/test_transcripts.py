@@ -9,7 +9,8 @@ import pytest
 
 from bufferstand.drivers.check import check_stand
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import Endpoints, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import Endpoints, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.transcript import HEAD, Piece, read_transcript
 from bufferstand.drivers.transcript_tap import record_wires
 from bufferstand.foundation.clock import WallClock

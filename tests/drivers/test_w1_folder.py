@@ -10,7 +10,8 @@ import pytest
 
 from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
 from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault
-from bufferstand.drivers.stand_file import TemperatureSettings, load_stand
+from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.clocks import HandClock

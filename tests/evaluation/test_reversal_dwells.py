@@ -10,7 +10,7 @@ import pytest
 
 from bufferstand.drivers.simulated.commands import Code, Command
 from bufferstand.drivers.simulated.settings import simulation_settings
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.evaluation.cycles import find_cycles
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, make_record

@@ -18,7 +18,7 @@ from bufferstand.drivers.simulated.amplifier_devices import AedDevice, Gsv2Devic
 from bufferstand.drivers.simulated.amplifier_form import FULL_SCALE
 from bufferstand.drivers.simulated.device import Frames
 from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
 from tests.drivers.conftest import SAMPLE_STAND

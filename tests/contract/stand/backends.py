@@ -12,7 +12,8 @@ from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Controller, Sensor
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import Clock, WallClock
 from tests.clean_stand import clean_stand_text
 

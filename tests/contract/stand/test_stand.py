@@ -16,7 +16,8 @@ import pytest
 from bufferstand.drivers.check import check_devices
 from bufferstand.drivers.check_verdict import Verdict
 from bufferstand.drivers.interfaces import MotionState, SampleBlock, SensorFault, Stand
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from tests.contract.stand import backends
 from tests.contract.stand.backends import BACKENDS, Bench
 

@@ -23,7 +23,8 @@ from bufferstand.drivers.interfaces import MotionState, Stand
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.simulated.stand_clock import StandClock
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import Clock
 from bufferstand.protocols.zero_table import ZeroTable
 from tests.contract.stand.backends import STANDS, write_stand

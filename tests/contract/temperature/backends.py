@@ -14,7 +14,8 @@ from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bP
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.onewire import OneWireBus, OneWireSensor
-from bufferstand.drivers.stand_file import TemperatureSettings, load_stand
+from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.w1_folder import TRIGGER, W1Bus
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND

@@ -17,7 +17,7 @@ from bufferstand.drivers.polling_controller import PollingController
 from bufferstand.drivers.profile import Profile, load_profile
 from bufferstand.drivers.ring_controller import RingController
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.motions import Harmonic, RampTo
 from tests.drivers import noisy

@@ -7,7 +7,8 @@ from pathlib import Path
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import simulation_settings
 from bufferstand.drivers.simulated.truth import Truth
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_loading import load_stand
 
 STAND = """
 [stand]

@@ -23,7 +23,7 @@ from bufferstand.drivers.simulated.faults_file import load_faults
 from bufferstand.drivers.simulated.faults_wire import FrameTrouble
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 

@@ -18,7 +18,8 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
 from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
 from bufferstand.drivers.simulated.server import Options, serve
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
 from tests.contract.stand.backends import GSV2, MODBUS_RTU, MODBUS_TCP, write_stand

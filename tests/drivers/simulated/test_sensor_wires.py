@@ -14,7 +14,8 @@ from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.inprocess_sensors import reading_fault
 from bufferstand.drivers.simulated.sensor_wires import SensorWires
 from bufferstand.drivers.simulated.w1_tree import W1Tree
-from bufferstand.drivers.stand_file import StandFile, load_stand, with_endpoints
+from bufferstand.drivers.stand_file import StandFile, with_endpoints
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.w1_folder import FolderReader, read_sensor
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until

@@ -11,7 +11,7 @@ from bufferstand.drivers.simulated.commands import Code, Command
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
 from bufferstand.drivers.simulated.truth import Truth
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, make_record
 from bufferstand.evaluation.results import RunEvaluation
