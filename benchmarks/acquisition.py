@@ -30,7 +30,7 @@ from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.metadata import stream_document
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Stand
@@ -190,7 +190,7 @@ def chain(stand: StandFile, folder: Path, seconds: float, speed: float) -> tuple
     )
     panel = GuardPanel(guards, wall_s=clock.wall_s())
     # 20 ms of the wall between two passes, as at a real stand of this rate.
-    acquisition = Acquisition(opened, clock, panel, pace=Pace(tick_s=0.02 * speed))
+    acquisition = Acquisition(opened, clock, panel, pace=LoopPace(tick_s=0.02 * speed))
     while True:
         acquisition.tick()
         if acquisition.up_to_date:

@@ -16,20 +16,20 @@ import time
 from pathlib import Path
 
 from benchmarks.archive import make_run
-from bufferstand.evaluation.archive.cluster import Cluster
+from bufferstand.evaluation.archive.cluster import ClusterWorkers
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
-from bufferstand.evaluation.archive.identity import Settings
-from bufferstand.evaluation.archive.kept import Wanted
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.identity import EvaluationSettings
+from bufferstand.evaluation.archive.kept import RequestedParts
+from bufferstand.evaluation.archive.local import LocalWorkers
 from bufferstand.evaluation.archive.tables import cycles_frame
 from bufferstand.evaluation.facts.run_facts import Options
 from tests.evaluation_archive.dask_cluster import DaskCluster, dask_cluster
 
 
-def seconds(files: list[Path], settings: Settings, address: str) -> float:
+def seconds(files: list[Path], settings: EvaluationSettings, address: str) -> float:
     """Return how long a cluster takes [s]."""
     start = time.perf_counter()
-    evaluate_archive(files, settings, Cluster(address, print), wanted=Wanted(entries=False))
+    evaluate_archive(files, settings, ClusterWorkers(address, print), wanted=RequestedParts(entries=False))
     return time.perf_counter() - start
 
 
@@ -45,7 +45,7 @@ def processor_seconds(cluster: DaskCluster) -> list[float]:
 def measure(folder: Path, runs: int, repeat: int) -> None:
     """Measure one worker and two, in turns, and print."""
     files = [make_run(folder / "archive", number) for number in range(runs)]
-    settings = Settings(Options(draws=0))
+    settings = EvaluationSettings(Options(draws=0))
     times: dict[int, list[float]] = {1: [], 2: []}
     shares: list[float] = []
     for name in ("one", "two"):
@@ -58,8 +58,8 @@ def measure(folder: Path, runs: int, repeat: int) -> None:
             before = processor_seconds(two)
             times[2].append(seconds(files, settings, two.address))
             shares = [b - a for a, b in zip(before, processor_seconds(two), strict=True)]
-        cluster = evaluate_archive(files[:20], settings, Cluster(two.address, print))
-    same = cycles_frame(cluster).equals(cycles_frame(evaluate_archive(files[:20], settings, Local(1))))
+        cluster = evaluate_archive(files[:20], settings, ClusterWorkers(two.address, print))
+    same = cycles_frame(cluster).equals(cycles_frame(evaluate_archive(files[:20], settings, LocalWorkers(1))))
     load = os.getloadavg()[0]
     print(f"{runs} runs; load of the machine {load:.1f} on {os.cpu_count()} cores; same figures: {same}")
     for workers, taken in times.items():

@@ -34,10 +34,10 @@ import numpy as np
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.driving import Halt, MotionRunner
 from bufferstand.daq.guards import Action
 from bufferstand.daq.metadata import stream_document
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
 from bufferstand.daq.signals import StopRequest
@@ -112,7 +112,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
     panel = GuardPanel(GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz)), wall_s=clock.wall_s())
     timed = Stand(controller, stand.sensors)
     acquisition = Acquisition(timed, clock, panel)
-    driver = Driver(acquisition, StopRequest(), acquisition.tick)
+    driver = MotionRunner(acquisition, StopRequest(), acquisition.tick)
     safe_stop = SafeStop(timed.controller, clock, SafeStopSettings(20.0, 2.0))
     while not acquisition.up_to_date:
         driver.pump()
@@ -145,7 +145,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
     return np.array(found) - controller.least_s
 
 
-def _until(driver: Driver, acquisition: Acquisition, sequence: int) -> None:
+def _until(driver: MotionRunner, acquisition: Acquisition, sequence: int) -> None:
     while (status := acquisition.latest.status) is None or status.done_sequence != sequence:
         driver.pump()
 
@@ -189,7 +189,7 @@ def main() -> None:
     given = parser.parse_args()
     if given.urgent:
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))  # the stand's process inherits it
-    bound_ms = 1.5e3 * Pace().tick_s + 5.0
+    bound_ms = 1.5e3 * LoopPace().tick_s + 5.0
     for name, measure in WAYS.items():
         if given.only in (None, name):
             began_s = time.perf_counter()

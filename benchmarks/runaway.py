@@ -46,13 +46,13 @@ from benchmarks.runaway_causes import (
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.driving import Halt, MotionRunner
 from bufferstand.daq.guards import Action
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.signals import StopRequest
-from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.daq.stop_eyes import SampleObserver
 from bufferstand.drivers.interfaces import Stand
 from bufferstand.drivers.profile import Profile, load_profile
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
@@ -226,9 +226,11 @@ class Trials:
         self._seen: list[ScaledBlock] = []
         self._acquisition.listeners.append(self._seen.append)
         pump = self._acquisition.tick
-        self._driver = Driver(self._acquisition, StopRequest(), pump, release_speed_mm_per_s=RELEASE_MM_PER_S)
+        self._driver = MotionRunner(
+            self._acquisition, StopRequest(), pump, release_speed_mm_per_s=RELEASE_MM_PER_S
+        )
         settings = SafeStopSettings(RELEASE_MM_PER_S, 2.0)
-        eyes = StopEyes(self._acquisition, stand_file.limits.force_max_kN)
+        eyes = SampleObserver(self._acquisition, stand_file.limits.force_max_kN)
         self._safe_stop = SafeStop(self._controller, clock, settings, pump=pump, eyes=eyes)
         explained_s = KINDS[kind].explained_s(round_trip_s, facts.rate_Hz, _lag_s(stand_file))
         self.bound_kN = STIFFNESS_KN_PER_MM * SPEED_MM_PER_S * explained_s

@@ -6,22 +6,22 @@ import struct
 from collections.abc import Callable, Collection
 from contextlib import suppress
 
-from bufferstand.daq.commanding import Commanding
+from bufferstand.daq.commanding import StrokeCommands
 from bufferstand.drivers.interfaces import CommandRejected
-from bufferstand.drivers.interfaces import Controller as Interface
-from bufferstand.drivers.simulated.commands import Code, Command
-from bufferstand.drivers.simulated.controller import Controller
+from bufferstand.drivers.interfaces import SimulatedController as Interface
+from bufferstand.drivers.simulated.commands import Command, CommandCode
+from bufferstand.drivers.simulated.controller import SimulatedController
 from bufferstand.drivers.simulated.device import RATE_HZ
 from bufferstand.drivers.simulated.modbus_pdu import WRITE_SEVERAL
-from bufferstand.drivers.simulated.motions import Harmonic as RunningSine
-from bufferstand.drivers.simulated.motions import Motion, Ramp
+from bufferstand.drivers.simulated.motions import HarmonicMotion as RunningSine
+from bufferstand.drivers.simulated.motions import Motion, RampMotion
 from bufferstand.drivers.simulated.virtual_link import Lost
-from bufferstand.protocols.steps import Harmonic
+from bufferstand.protocols.steps import HarmonicMotion
 
 STIFFNESS_KN_PER_MM = 20.0
 SPEED_MM_PER_S = 50.0
 TOP_MM = 50.0
-SINE = Harmonic(mean_mm=20.0, amplitude_mm=2.0, frequency_Hz=2.0, cycles=6)
+SINE = HarmonicMotion(mean_mm=20.0, amplitude_mm=2.0, frequency_Hz=2.0, cycles=6)
 """What is adjusted: it stays before the spring."""
 ADJUSTED_MM = 1.8
 """Its amplitude after that."""
@@ -52,7 +52,7 @@ class Spoiled:
     Parameters
     ----------
     deaf_to : collection of int
-        Commands (:class:`bufferstand.drivers.simulated.commands.Code`) that it acknowledges while it goes on
+        Commands (:class:`bufferstand.drivers.simulated.commands.CommandCode`) that it acknowledges while it goes on
         as before.
     loses : str
         What is lost of the first request with a hold that goes over the wire in each run: its ``request`` or
@@ -63,16 +63,16 @@ class Spoiled:
         self._deaf_to, self._loses = deaf_to, loses
         self._on = self._armed = False
 
-    def spoil(self, controller: Controller) -> None:
+    def spoil(self, controller: SimulatedController) -> None:
         """Make the simulated controller deaf."""
         made = controller._motion_of
 
         def motion_of(command: Command) -> Motion:
             motion = made(command)
-            runs = self._on and isinstance(controller._motion, Ramp)
+            runs = self._on and isinstance(controller._motion, RampMotion)
             if command.code not in self._deaf_to or not runs:
                 return motion
-            going_on = Ramp(command.sequence, controller.command_mm, TOP_MM, SPEED_MM_PER_S / RATE_HZ)
+            going_on = RampMotion(command.sequence, controller.command_mm, TOP_MM, SPEED_MM_PER_S / RATE_HZ)
             going_on.state = motion.state
             return going_on
 
@@ -88,7 +88,7 @@ class Spoiled:
 
     def lost(self, request: bytes) -> Lost:
         """Return what is lost of a request (function code and data)."""
-        is_hold = request[0] == WRITE_SEVERAL and struct.unpack_from(">H", request, 8)[0] == Code.HOLD
+        is_hold = request[0] == WRITE_SEVERAL and struct.unpack_from(">H", request, 8)[0] == CommandCode.HOLD
         if not (self._armed and is_hold):
             return ""
         self._armed = False
@@ -99,13 +99,13 @@ FAULTS = {
     "none": Spoiled(),
     "the request with the hold is lost": Spoiled(loses="request"),
     "the reply to the hold is lost": Spoiled(loses="reply"),
-    "it acknowledges the hold and goes on": Spoiled((Code.HOLD,)),
-    "it acknowledges hold and release and goes on": Spoiled((Code.HOLD, Code.RELEASE)),
+    "it acknowledges the hold and goes on": Spoiled((CommandCode.HOLD,)),
+    "it acknowledges hold and release and goes on": Spoiled((CommandCode.HOLD, CommandCode.RELEASE)),
 }
 """What can fail in a stop, by its name."""
 
 
-class Adjusting(Commanding):
+class Adjusting(StrokeCommands):
     """Commands a sine as it is asked for, and adjusts it once, after its first full cycle."""
 
     def __init__(self, controller: Interface) -> None:
@@ -133,7 +133,7 @@ class AmokSine:
         Stand time [s].
     """
 
-    def __init__(self, controller: Controller, now_s: Callable[[], float]) -> None:
+    def __init__(self, controller: SimulatedController, now_s: Callable[[], float]) -> None:
         self._controller, self._now_s = controller, now_s
         self._after_s = 0.0
         self._due_s = float("inf")
@@ -144,7 +144,7 @@ class AmokSine:
 
     def look(self, request: bytes) -> None:
         """Look at a request (function code and data): time counts from the first with an adjust on."""
-        if request[0] == WRITE_SEVERAL and struct.unpack_from(">H", request, 8)[0] == Code.ADJUST:
+        if request[0] == WRITE_SEVERAL and struct.unpack_from(">H", request, 8)[0] == CommandCode.ADJUST:
             self._due_s = min(self._due_s, self._now_s() + self._after_s)
         motion = self._controller._motion
         if self._now_s() < self._due_s or not isinstance(motion, RunningSine):

@@ -10,8 +10,8 @@ import click
 
 from bufferstand.cli.evaluation_view import show_conformity, show_together
 from bufferstand.cli.options import figure, show_table
-from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, Progress
-from bufferstand.evaluation.archive.kept import KeptRun
+from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, ArchiveProgress
+from bufferstand.evaluation.archive.kept import StoredRun
 from bufferstand.evaluation.every_quantity import QUANTITIES
 
 _SPANS = [(entry.name, entry.shown.archive) for entry in QUANTITIES if entry.shown.archive is not None]
@@ -20,18 +20,18 @@ LEAST_RUNS = 3
 
 
 @contextmanager
-def progress_bar() -> Iterator[Callable[[Progress], None]]:
+def progress_bar() -> Iterator[Callable[[ArchiveProgress], None]]:
     """Show a bar on standard error, and none where that is no terminal or there is next to nothing to do."""
     from rich.console import Console  # noqa: PLC0415 - only where a bar is shown
+    from rich.progress import ArchiveProgress as Bar  # noqa: PLC0415
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
-    from rich.progress import Progress as Bar  # noqa: PLC0415
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Bar(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("evaluating", total=None, visible=False)
 
-        def report(progress: Progress) -> None:
+        def report(progress: ArchiveProgress) -> None:
             text = "evaluating"
             if progress.reused:
                 text += f", {progress.reused} known from before"
@@ -51,7 +51,7 @@ def progress_bar() -> Iterator[Callable[[Progress], None]]:
 
 def show_archive(evaluation: ArchiveEvaluation) -> None:
     """Print an archive's evaluation by specimen and kind, its verdicts and trends."""
-    groups: dict[tuple[str, str], list[KeptRun]] = {}
+    groups: dict[tuple[str, str], list[StoredRun]] = {}
     for run in evaluation.runs:
         specimen = (run.facts["specimen"].get("id") or "—") + " (simulated)" * bool(run.facts["simulated"])
         groups.setdefault((specimen, run.facts["kind"]), []).append(run)
@@ -80,11 +80,11 @@ def show_archive(evaluation: ArchiveEvaluation) -> None:
     )
 
 
-def _span(runs: list[KeptRun], name: str, digits: int) -> tuple[str, str]:
+def _span(runs: list[StoredRun], name: str, digits: int) -> tuple[str, str]:
     values = [value for run in runs if (value := run.facts["means"][name][0]) is not None]
     return figure(min(values, default=None), digits), figure(max(values, default=None), digits)
 
 
-def _verdicts(runs: list[KeptRun]) -> str:
+def _verdicts(runs: list[StoredRun]) -> str:
     counted = Counter(run.facts["verdict"] for run in runs if run.facts["verdict"] is not None)
     return ", ".join(f"{number} {verdict}" for verdict, number in counted.items()) or "—"

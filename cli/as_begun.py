@@ -16,12 +16,12 @@ from typing import Any
 import click
 
 from bufferstand.cli.arming import Consent, is_terminal, typed_line, user_name
-from bufferstand.cli.campaigns import Prepared
-from bufferstand.daq.begun import Begun, begun, software_version
-from bufferstand.daq.changes import SERIAL, Change, controller_changes, software_changes
+from bufferstand.cli.campaigns import PreparedCampaign
+from bufferstand.daq.begun import CampaignStart, begun, software_version
+from bufferstand.daq.changes import SERIAL, StartChange, controller_changes, software_changes
 from bufferstand.daq.folder import CampaignRecord
-from bufferstand.daq.reached import OWN_WORD, REAL, WAITS, Reached, mixing
-from bufferstand.drivers.connect import Look, look_at_controller
+from bufferstand.daq.reached import OWN_WORD, REAL, WAITS, StandOrigin, mixing
+from bufferstand.drivers.connect import ControllerAnswer, look_at_controller
 from bufferstand.foundation.errors import BadInput, DeviceFault
 
 OPTION = "--accept-controller"
@@ -126,8 +126,8 @@ def demand_same_kind(record: CampaignRecord, folder: Path, *, simulate: bool) ->
 
 
 def accepted_changes(
-    prepared: Prepared,
-    known: Begun,
+    prepared: PreparedCampaign,
+    known: CampaignStart,
     *,
     simulate: bool,
     served: bool,
@@ -187,7 +187,7 @@ def accepted_serial(changes: Sequence[Mapping[str, Any]]) -> str:
     return next((str(change["now"]) for change in changes if change["what"] == SERIAL), "")
 
 
-def _look(prepared: Prepared) -> Look | None:
+def _look(prepared: PreparedCampaign) -> ControllerAnswer | None:
     """Return who answers at the stand's address; None where nobody does: the start will say so."""
     try:
         return look_at_controller(prepared.wired)
@@ -195,13 +195,13 @@ def _look(prepared: Prepared) -> Look | None:
         return None
 
 
-def _reached(look: Look, *, served: bool) -> Reached:
+def _reached(look: ControllerAnswer, *, served: bool) -> StandOrigin:
     if look.simulated or served:
-        return Reached(simulated=True, by=OWN_WORD if look.simulated else WAITS)
-    return Reached(simulated=False, by=REAL)
+        return StandOrigin(simulated=True, by=OWN_WORD if look.simulated else WAITS)
+    return StandOrigin(simulated=False, by=REAL)
 
 
-def _asked(changes: Sequence[Change], consent: Consent | None, accept: str | None) -> str:
+def _asked(changes: Sequence[StartChange], consent: Consent | None, accept: str | None) -> str:
     """Return how the changes were accepted; ask who can be asked."""
     serial = next((change.now for change in changes if change.what == SERIAL), None)
     if accept is not None:
@@ -237,7 +237,7 @@ def _asked(changes: Sequence[Change], consent: Consent | None, accept: str | Non
     return "typed"
 
 
-def _refuse_needless(accept: str | None, known: Begun) -> None:
+def _refuse_needless(accept: str | None, known: CampaignStart) -> None:
     """Refuse a serial number that is neither another one's nor the campaign's own."""
     if accept is None or accept == known.controller.get("serial"):
         return
@@ -248,5 +248,5 @@ def _refuse_needless(accept: str | None, known: Begun) -> None:
     )
 
 
-def _recorded(changes: Sequence[Change], how: str) -> tuple[dict[str, Any], ...]:
+def _recorded(changes: Sequence[StartChange], how: str) -> tuple[dict[str, Any], ...]:
     return tuple({**change.as_dict(), "accepted": how, "by": user_name()} for change in changes)

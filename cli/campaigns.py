@@ -15,7 +15,7 @@ from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import SpecimenFile, load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.protocols.campaign import Campaign, load_campaign
-from bufferstand.protocols.curve_predictor import CurvePredictor, NothingKnown
+from bufferstand.protocols.curve_predictor import CurvePredictor, UnknownSpecimenPredictor
 from bufferstand.protocols.guard_bounds import demand_bounds
 from bufferstand.protocols.limits import StandLimits
 from bufferstand.protocols.plan import Plan, make_plan
@@ -27,7 +27,7 @@ BOTH = "{specimen} has a spring model and a [catalogue]: the model is taken, the
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedCampaign:
     """A campaign, its stand, its specimen with the spring model and its path, and the plan made of them.
 
     ``stand_file`` is the one to record, ``wired`` the one to open: they differ in where the devices lie when
@@ -47,7 +47,7 @@ class Prepared:
 
 def prepare(
     path: Path, *, devices_from: Path | None = None, over: Sequence[Mapping[str, Any]] = ()
-) -> Prepared:
+) -> PreparedCampaign:
     """Read a campaign file and what it names, and plan it.
 
     Parameters
@@ -91,7 +91,9 @@ def prepare(
         plan = replace(plan, notes=(BOTH.format(specimen=campaign.specimen_path.name), *plan.notes))
     wired = stand_file if devices_from is None else wires_from(stand_file, devices_from)
     stand_home = stand_file.path if devices_from is None else devices_from / stand_file.path.name
-    return Prepared(campaign, stand_file, wired, specimen_file, model_path, plan, predictor, stand_home)
+    return PreparedCampaign(
+        campaign, stand_file, wired, specimen_file, model_path, plan, predictor, stand_home
+    )
 
 
 def _predictor(specimen_file: SpecimenFile, model_path: Path | None) -> Predictor:
@@ -100,10 +102,10 @@ def _predictor(specimen_file: SpecimenFile, model_path: Path | None) -> Predicto
         return ModelPredictor(load_model(model_path))
     if specimen_file.catalogue is not None:
         return CurvePredictor.of_catalogue(specimen_file.catalogue)
-    return NothingKnown()
+    return UnknownSpecimenPredictor()
 
 
-def outage_leeway(prepared: Prepared) -> tuple[float, str]:
+def outage_leeway(prepared: PreparedCampaign) -> tuple[float, str]:
     """Return how long an outage of the controller's wire is ridden out [s], and what is said of it."""
     controller = prepared.stand_file.controller
     silence_s = prepared.campaign.content.guards.controller_silence_s

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from bufferstand.cli.campaigns import Prepared
+from bufferstand.cli.campaigns import PreparedCampaign
 from bufferstand.daq.channel_guard import DEFAULT_TILT_MM
 from bufferstand.daq.folder import CampaignRecord, begin_record
 from bufferstand.daq.inputs import FileEdit, Inputs
@@ -69,7 +69,7 @@ def means_nothing(edits: Sequence[FileEdit]) -> bool:
 
 
 def edits_shown(
-    edits: Sequence[FileEdit], record: CampaignRecord, prepared: Prepared
+    edits: Sequence[FileEdit], record: CampaignRecord, prepared: PreparedCampaign
 ) -> tuple[FileEdit, ...]:
     """Return edits as they are shown: a file that takes the place of another is held against that one.
 
@@ -152,7 +152,9 @@ def steps_told(record: CampaignRecord, plan: Plan, folder: Path) -> list[str]:
     return lines
 
 
-def limits_edited(record: CampaignRecord, copies: Inputs, prepared: Prepared) -> tuple[LimitEdit, ...]:
+def limits_edited(
+    record: CampaignRecord, copies: Inputs, prepared: PreparedCampaign
+) -> tuple[LimitEdit, ...]:
     """Return the limits, thresholds and actions that were edited, and in which direction."""
     was = record.plan.get("limits", {})
     now = prepared.plan.as_dict()["limits"]

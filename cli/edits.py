@@ -16,7 +16,7 @@ from typing import Any, Literal
 import click
 
 from bufferstand.cli.arming import is_terminal, typed_line, user_name
-from bufferstand.cli.campaigns import Prepared, prepare
+from bufferstand.cli.campaigns import PreparedCampaign, prepare
 from bufferstand.cli.edit_meaning import LimitEdit, edits_shown, limits_edited, means_nothing, steps_told
 from bufferstand.daq.changes import file_changes
 from bufferstand.daq.folder import CampaignFolder, CampaignRecord
@@ -36,14 +36,14 @@ Choice = Literal["take", "keep"]
 
 
 @dataclass(frozen=True)
-class Going:
+class ResumedCampaign:
     """What a campaign goes on with: the plan of its files, and how edited ones came to be taken."""
 
-    prepared: Prepared
+    prepared: PreparedCampaign
     edits: dict[str, Any] = field(default_factory=dict)
 
 
-def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Going:
+def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> ResumedCampaign:
     """Return what a campaign goes on with; ask if its files were edited since they were taken.
 
     Parameters
@@ -66,13 +66,15 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Goi
     if record.inputs and not copy.exists():
         restore_inputs(record.inputs, folder)
     if not record.inputs:
-        return Going(prepare(copy, devices_from=devices_from, over=over))  # begun by an earlier version
+        return ResumedCampaign(
+            prepare(copy, devices_from=devices_from, over=over)
+        )  # begun by an earlier version
     copies = read_inputs(copy, (folder / INPUTS_NAME).resolve())
     originals = _originals(record, folder)
     by_copies = edits_between(record.inputs, copies.texts)
     by_originals = () if originals is None else edits_between(record.inputs, originals.texts)
     if not by_copies and not by_originals:
-        return Going(prepare(copy, devices_from=devices_from, over=over))
+        return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over))
     _check_one_side(record, folder, by_copies, by_originals, choice)
     if originals is not None and by_originals:
         edits, prepared = by_originals, prepare(originals.root / originals.campaign, over=over)
@@ -87,24 +89,24 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Goi
     click.echo(_told(which, shown, steps_told(record, prepared.plan, folder), limits), err=True)
     if means_nothing(edits):
         click.echo("only comments or layout were edited: nothing changes, and nothing is asked", err=True)
-        return Going(prepared, _taken("no change in meaning"))
+        return ResumedCampaign(prepared, _taken("no change in meaning"))
     if choice is None and record.recorded_nothing(folder):
         click.echo("nothing was recorded yet: it begins with the files as they are now", err=True)
-        return Going(prepared, _taken("nothing was recorded"))
+        return ResumedCampaign(prepared, _taken("nothing was recorded"))
     if choice != "keep" and not record.recorded_nothing(folder):
         _check_taken(which, edits, limits)
     how = _asked(which, edits, limits) if choice is None else choice
     if how == "take":
-        return Going(prepared, _taken("typed" if choice is None else "--take-edits"))
+        return ResumedCampaign(prepared, _taken("typed" if choice is None else "--take-edits"))
     _check_kept(edits, limits)
     if any(not Path(edit.place).is_absolute() for edit in by_copies):
         keep_before(copies.texts, folder, datetime.now(UTC).isoformat())
         restore_inputs(record.inputs, folder)
     click.echo("going on with the files as they were taken", err=True)
-    return Going(prepare(copy, devices_from=devices_from, over=over))
+    return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over))
 
 
-def taken_without_a_start(going: Going, folder: Path) -> CampaignRecord | None:
+def taken_without_a_start(going: ResumedCampaign, folder: Path) -> CampaignRecord | None:
     """Take edits of a campaign of which nothing is left to do; return its record, None if there are none.
 
     Raises
@@ -166,7 +168,7 @@ def _check_one_side(
         )
 
 
-def _check_specimen(record: CampaignRecord, folder: Path, prepared: Prepared) -> None:
+def _check_specimen(record: CampaignRecord, folder: Path, prepared: PreparedCampaign) -> None:
     before, now = record.plan.get("specimen", {}).get("id"), prepared.plan.specimen.id
     if before in (None, now) or record.recorded_nothing(folder):
         return

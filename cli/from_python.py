@@ -16,8 +16,14 @@ from bufferstand.cli.running import consent_to_move, perform
 from bufferstand.daq.folder import load_record
 from bufferstand.daq.runner import CampaignOutcome
 from bufferstand.evaluation.api import Paths, paths_of
-from bufferstand.evaluation.archive.comparison import Comparison, compare_evaluations, load_evaluation
-from bufferstand.evaluation.report import writing
+from bufferstand.evaluation.archive.comparison import (
+    EvaluationComparison,
+    compare_evaluations,
+    load_evaluation,
+)
+from bufferstand.evaluation.report.writing import formats_here
+from bufferstand.evaluation.report.writing import write_comparison as write_comparison_report
+from bufferstand.evaluation.report.writing import write_report as write_run_report
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.identification.identify import Identification, identify
 from bufferstand.protocols.plan import Plan
@@ -45,13 +51,13 @@ def write_report(paths: Paths, out: str | Path) -> list[Path]:
     """
     sources = _some(paths)
     if len(sources) > 1:
-        return writing.write_comparison(sources, Path(out), formats=writing.formats_here())
-    return writing.write_report(sources[0], Path(out), formats=writing.formats_here())
+        return write_comparison_report(sources, Path(out), formats=formats_here())
+    return write_run_report(sources[0], Path(out), formats=formats_here())
 
 
 def compare(
     old: Mapping[str, Any] | str | Path, new: Mapping[str, Any] | str | Path, *, cycles: bool = False
-) -> Comparison:
+) -> EvaluationComparison:
     """Return what moved between two evaluations, as ``bufferstand compare``.
 
     Parameters

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Judging:
+class JudgingOptions:
     """What the options say; limit set and inspectors' files are read."""
 
     options: Options
@@ -117,7 +117,7 @@ def judging_options(function: Callable[..., Any]) -> Callable[..., Any]:
             force_cell=force_cell,
             inspections=tuple(load_inspection(file, asked_items(limit_set)) for file in inspections),
         )
-        return function(*args, judging=Judging(options, limit_set, conformity), **others)
+        return function(*args, judging=JudgingOptions(options, limit_set, conformity), **others)
 
     decorated: Callable[..., Any] = with_judging
     for option in reversed(_OPTIONS):

@@ -16,7 +16,7 @@ from bufferstand.evaluation.model_check import AT_CONTACT_MM, KINDS, drive_of
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.identification.drive import Drive, join
-from bufferstand.model.identification.identify import Settings
+from bufferstand.model.identification.identify import FitSettings
 from bufferstand.recording.catalogue import list_runs
 
 LONGEST_GAP_S = 3600.0
@@ -100,10 +100,10 @@ def _same_specimen(runs: Sequence[MeasuredRun]) -> None:
         )
 
 
-def settings_of(runs: Sequence[MeasuredRun], name: str | None = None) -> Settings:
+def settings_of(runs: Sequence[MeasuredRun], name: str | None = None) -> FitSettings:
     """Return the settings of an identification from these runs: name, sense and origin of the model."""
     specimen = runs[0].facts.specimen
-    return Settings(
+    return FitSettings(
         name=name or str(specimen.get("id") or "identified spring"),
         sense="extension" if specimen.get("kind") == "draw-gear" else "compression",
         origin=f"Identified from {len(runs)} runs: {', '.join(run.path.stem for run in runs)}.",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from bufferstand.cli.arming import Movement
-from bufferstand.cli.campaigns import Prepared
+from bufferstand.cli.campaigns import PreparedCampaign
 from bufferstand.daq.touch_peak import met_peak_kN, turned_peak_kN
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.durations import duration_text
@@ -21,7 +21,9 @@ _UNITS = {
 """Endings of names and the units they stand for, the longer ones first."""
 
 
-def campaign_movement(prepared: Prepared, left: Sequence[tuple[PlannedStep, Sequence[Motion]]]) -> Movement:
+def campaign_movement(
+    prepared: PreparedCampaign, left: Sequence[tuple[PlannedStep, Sequence[Motion]]]
+) -> Movement:
     """Return what is about to be moved by a campaign.
 
     Parameters

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.cli.arming import Consent, ask_to_move, check_given
-from bufferstand.cli.campaigns import Prepared
+from bufferstand.cli.campaigns import PreparedCampaign
 from bufferstand.cli.movement import campaign_movement
 from bufferstand.cli.options import warn
 from bufferstand.cli.simulation import simulated_stand
 from bufferstand.daq.folder import CampaignRecord
 from bufferstand.daq.kept_zero import stored_zero
 from bufferstand.daq.keys import keys_from
-from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.metadata import CampaignMetadata
 from bufferstand.daq.monitor.process import Address, web_process
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
@@ -37,7 +37,7 @@ from bufferstand.foundation.zero import Zero
 
 
 def consent_to_move(
-    prepared: Prepared,
+    prepared: PreparedCampaign,
     out: Path,
     before: CampaignRecord | None,
     *,
@@ -76,7 +76,7 @@ def consent_to_move(
 
 
 def perform(
-    prepared: Prepared,
+    prepared: PreparedCampaign,
     out: Path,
     *,
     simulate: bool,
@@ -132,7 +132,7 @@ def perform(
         if simulate
         else nullcontext((prepared.wired, _clock_of(prepared, served=served)))
     )
-    facts = CampaignFacts(
+    facts = CampaignMetadata(
         stand=prepared.stand_file.model_dump(mode="json"),
         watchdog_s=prepared.stand_file.controller.watchdog_s,
         operator=prepared.campaign.content.campaign.operator,
@@ -182,17 +182,17 @@ def perform(
     return outcome
 
 
-def waits(prepared: Prepared) -> bool:
+def waits(prepared: PreparedCampaign) -> bool:
     """Return whether the stand of the stand file is a served one that waits for its reader."""
     return is_waiting(prepared.stand_home.parent / WIRES / NAME, prepared.wired)
 
 
-def _clock_of(prepared: Prepared, *, served: bool) -> Clock:
+def _clock_of(prepared: PreparedCampaign, *, served: bool) -> Clock:
     """Return the wall's time, or that of a served stand that may go faster: its heat goes with it."""
     return StandClock(prepared.stand_home.parent / WIRES / SHOWN) if served else WallClock()
 
 
-def zero_to_offer(prepared: Prepared) -> Zero | None:
+def zero_to_offer(prepared: PreparedCampaign) -> Zero | None:
     """Return the zero that is stored beside the stand file; None for a campaign that touches off.
 
     That one takes none over, so that a damaged file does not keep it from starting.

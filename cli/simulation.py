@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from bufferstand.cli.campaigns import Prepared
+from bufferstand.cli.campaigns import PreparedCampaign
 from bufferstand.drivers.simulated.stand_clock import StandClock
 from bufferstand.drivers.stand_file import StandFile, with_endpoints
 from bufferstand.foundation.clock import Clock
@@ -18,7 +18,7 @@ STARVED_S = 10.0
 
 @contextmanager
 def simulated_stand(
-    prepared: Prepared, *, speed: float, truth: Path | None = None
+    prepared: PreparedCampaign, *, speed: float, truth: Path | None = None
 ) -> Iterator[tuple[StandFile, Clock]]:
     """Serve the campaign's stand, with the campaign's specimen in it, while inside.
 

@@ -19,9 +19,9 @@ from bufferstand.daq.device_time import DeviceTime
 from bufferstand.daq.guard_sights import Computer
 from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.panel import GuardPanel
-from bufferstand.daq.run_log import Recorder, RunLog
+from bufferstand.daq.run_log import BlockRecorder, RunLog
 from bufferstand.daq.scaling import ScaledBlock, scale, zeroed
 from bufferstand.drivers.delivery import STATUS_LONGEST_S, status_rest_s
 from bufferstand.drivers.interfaces import (
@@ -96,7 +96,7 @@ class Acquisition:
         clock: Clock,
         panel: GuardPanel,
         *,
-        pace: Pace | None = None,
+        pace: LoopPace | None = None,
         utc: Callable[[], str] = lambda: datetime.now(UTC).isoformat(),
         civil_s: Callable[[], float] = time.time,
         waited_for: bool = False,
@@ -104,7 +104,7 @@ class Acquisition:
         self.stand = stand
         self.clock = clock
         self.panel = panel
-        self.pace = (pace or Pace()).suited_to(stand.controller.facts)
+        self.pace = (pace or LoopPace()).suited_to(stand.controller.facts)
         self._utc = utc
         self._facts = {stand.controller.facts.name: stand.controller.facts} | {
             sensor.facts.name: sensor.facts for sensor in stand.sensors
@@ -180,7 +180,7 @@ class Acquisition:
         """Return what every stream is made of, by its name, with the zero in force."""
         return self._facts
 
-    def attach(self, recorder: Recorder) -> None:
+    def attach(self, recorder: BlockRecorder) -> None:
         """Record from now on, beginning with a clock anchor."""
         self.panel.begin_run()
         self._anchor, self._anchor_due_s = None, -np.inf

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 
-from bufferstand.daq.as_run import AsRun, Expected
-from bufferstand.daq.heat_log import Seen
+from bufferstand.daq.as_run import AsRun, ExpectedOutcome
+from bufferstand.daq.heat_log import StepHeat
 from bufferstand.protocols.learning import HeatScale, Observation, end_as_measured, learn_heating
 from bufferstand.protocols.plan import Plan, expected_total_s
 from bufferstand.protocols.prediction import Predictor, Temperatures
@@ -104,7 +104,7 @@ class Agenda:
         self.later_s = expected_total_s(self._left, self._policy)
         return step
 
-    def done(self, step: PlannedStep, seen: Seen, cycles: int, *, complete: bool, run: str = "") -> AsRun:
+    def done(self, step: PlannedStep, seen: StepHeat, cycles: int, *, complete: bool, run: str = "") -> AsRun:
         """Learn from a step that has ended, or was stopped; return it as it was run.
 
         Parameters
@@ -139,7 +139,7 @@ class Agenda:
             _expected(step, knows_heat=self._knows_heat),
         )  # fmt: skip
 
-    def rested(self, step: PlannedStep, seen: Seen, temperature_C: float) -> AsRun:
+    def rested(self, step: PlannedStep, seen: StepHeat, temperature_C: float) -> AsRun:
         """Learn from the wait after a temperature stop in a step; return it as it was run.
 
         Parameters
@@ -152,14 +152,14 @@ class Agenda:
             What it was to cool to [°C].
         """
 
-        def expected(of: PlannedStep) -> Expected | None:
+        def expected(of: PlannedStep) -> ExpectedOutcome | None:
             wait_s = of.stops[-1].wait_s if of.stops else None
-            return None if wait_s is None else Expected(wait_s, 0.0, temperature_C)
+            return None if wait_s is None else ExpectedOutcome(wait_s, 0.0, temperature_C)
 
         planned = expected(self._planned.get(step.plan_hash, step))
         return self._waited(step, seen, temperature_C, planned, expected(step))
 
-    def waited(self, step: PlannedStep, seen: Seen) -> AsRun:
+    def waited(self, step: PlannedStep, seen: StepHeat) -> AsRun:
         """Learn from the wait before a step that begins in a band of temperatures; return it as it was run.
 
         Parameters
@@ -171,8 +171,8 @@ class Agenda:
         """
         to_C = seen.end_C or 0.0 if step.start_band is None else step.start_band.high_C
 
-        def expected(of: PlannedStep) -> Expected | None:
-            return Expected(of.wait_s, 0.0, to_C) if of.wait_s > 0.0 else None
+        def expected(of: PlannedStep) -> ExpectedOutcome | None:
+            return ExpectedOutcome(of.wait_s, 0.0, to_C) if of.wait_s > 0.0 else None
 
         planned = expected(self._planned.get(step.plan_hash, step))
         return self._waited(step, seen, to_C, planned, expected(step))
@@ -180,10 +180,10 @@ class Agenda:
     def _waited(
         self,
         step: PlannedStep,
-        seen: Seen,
+        seen: StepHeat,
         to_C: float,
-        planned: Expected | None,
-        estimated: Expected | None,
+        planned: ExpectedOutcome | None,
+        estimated: ExpectedOutcome | None,
     ) -> AsRun:
         wait = replace(
             step, name=f"cooled down to {to_C:g} °C", kind="cool-down", pause=True, cycles=None,
@@ -191,7 +191,7 @@ class Agenda:
         )  # fmt: skip
         if seen.start_C is not None and seen.end_C is not None and seen.duration_s > 0.0:
             self._observe(wait, seen, 0.0, seen.start_C, seen.end_C)
-        none = Expected(0.0, 0.0, to_C)
+        none = ExpectedOutcome(0.0, 0.0, to_C)
         return self._as_run(wait, seen, 0, True, "", 0.0, planned, estimated or none)
 
     def know(self, predictor: Predictor) -> None:
@@ -214,13 +214,13 @@ class Agenda:
     def _as_run(
         self,
         step: PlannedStep,
-        seen: Seen,
+        seen: StepHeat,
         cycles: int,
         complete: bool,
         run: str,
         modelled_heat_J: float,
-        planned: Expected | None,
-        estimated: Expected,
+        planned: ExpectedOutcome | None,
+        estimated: ExpectedOutcome,
     ) -> AsRun:
         return AsRun(
             index=step.index,
@@ -265,7 +265,9 @@ class Agenda:
         self.later_s = expected_total_s(self._left, self._policy)
         self._outlook_by, self._outdated = self.scale, False
 
-    def _observe(self, step: PlannedStep, seen: Seen, heat_J: float, start_C: float, end_C: float) -> None:
+    def _observe(
+        self, step: PlannedStep, seen: StepHeat, heat_J: float, start_C: float, end_C: float
+    ) -> None:
         if self._replanner is None:
             return
         follows, self._began = self._began, True
@@ -311,9 +313,9 @@ def _with_their_pauses(
     return tuple(kept), pauses
 
 
-def _expected(step: PlannedStep, *, knows_heat: bool) -> Expected:
+def _expected(step: PlannedStep, *, knows_heat: bool) -> ExpectedOutcome:
     moves_s = step.expected_duration_s - step.wait_s  # the wait before it has a line of its own
-    return Expected(
+    return ExpectedOutcome(
         moves_s,
         None if not knows_heat and step.nobody_says_heat else step.expected_heat_J,
         step.sensor_end_temperature_C if knows_heat else None,

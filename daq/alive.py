@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.driving import Driver
+from bufferstand.daq.driving import MotionRunner
 from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.reached import Reached
-from bufferstand.daq.ride_out import RideOut
+from bufferstand.daq.reached import StandOrigin
+from bufferstand.daq.ride_out import OutageHandler
 from bufferstand.daq.safe_stop import SafeStop
 from bufferstand.daq.zeroing import Zeroing
 from bufferstand.drivers.interfaces import Identity
 
 
 @dataclass(frozen=True)
-class Alive:
+class ConnectedStand:
     """A stand that is connected, and everything that works on it.
 
     Parameters
@@ -38,12 +38,12 @@ class Alive:
     """
 
     identity: Identity
-    reached: Reached
+    reached: StandOrigin
     base: GuardSet
     guards: GuardSet
     panel: GuardPanel
     acquisition: Acquisition
-    driver: Driver
+    driver: MotionRunner
     safe_stop: SafeStop
     zeroing: Zeroing
-    rides: RideOut
+    rides: OutageHandler

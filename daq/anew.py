@@ -22,7 +22,7 @@ CLOCK_SHARE = 1e-3
 """A controller's clock that is off by more than this, and this share of the time, was started anew."""
 
 
-class Anew:
+class StandRecheck:
     """Looks at the stand anew, and takes it again.
 
     Parameters

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bufferstand.daq.warmed import Warmed
+from bufferstand.daq.warmed import WarmUpOutcome
 from bufferstand.foundation.durations import duration_text
 from bufferstand.foundation.errors import BadInput
 from bufferstand.protocols.learning import Observation
@@ -32,7 +32,7 @@ NOT_KNOWN = "not known"
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedOutcome:
     """What is expected of a step.
 
     Parameters
@@ -118,13 +118,13 @@ class AsRun:
     ambient_C: float | None
     heat_J: float
     modelled_heat_J: float
-    planned: Expected | None
-    estimated: Expected
+    planned: ExpectedOutcome | None
+    estimated: ExpectedOutcome
     heating: float
     cooling: float
     left_s: float
     planned_left_s: float
-    warmed: Warmed | None = None
+    warmed: WarmUpOutcome | None = None
 
     def sentence(self) -> str:
         """Return it as a person says it while the campaign runs."""
@@ -181,12 +181,12 @@ def read_as_run(folder: Path) -> tuple[AsRun, ...]:
         try:
             content = json.loads(line)
             planned = content.pop("planned")
-            estimated = Expected(**content.pop("estimated"))
+            estimated = ExpectedOutcome(**content.pop("estimated"))
             warmed = content.pop("warmed", None)
             row = AsRun(
-                planned=None if planned is None else Expected(**planned),
+                planned=None if planned is None else ExpectedOutcome(**planned),
                 estimated=estimated,
-                warmed=None if warmed is None else Warmed(**warmed),
+                warmed=None if warmed is None else WarmUpOutcome(**warmed),
                 **content,
             )
             found.append(row)

@@ -15,7 +15,7 @@ ANEW_MOST, ANEW_WITHIN_S = 3, 60.0
 """So often a wait takes a controller anew that does not go on as it did, within a time [s of the wall]."""
 
 
-class StoodStill(Exception):  # noqa: N818 - it names the fact
+class ProgramSuspended(Exception):  # noqa: N818 - it names the fact
     """This program did not look for so long [s] that nothing seen before is to be believed."""
 
     def __init__(self, for_s: float) -> None:
@@ -25,7 +25,7 @@ class StoodStill(Exception):  # noqa: N818 - it names the fact
         self.for_s = for_s
 
 
-class Awake:
+class SuspendWatch:
     """Times of the wall at which the program looked, and what it does in a wait with the valve off.
 
     Parameters

@@ -9,7 +9,7 @@ from pathlib import Path
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.scaling import FORCES, STROKE_WIRES
 from bufferstand.daq.temperature_guard import TemperatureGuard
-from bufferstand.daq.wiring.doubt import Doubt, channel_setting
+from bufferstand.daq.wiring.doubt import SignalDoubt, channel_setting
 from bufferstand.daq.wiring.two_at_rest import doubt_at_rest
 from bufferstand.foundation.specimen import Specimen
 from bufferstand.foundation.zero import Zero
@@ -111,7 +111,7 @@ def zero_trouble(force_kN: float, most_kN: float, *, tared: bool = False) -> tup
     return f"{text}: every force of this campaign is off by that; set the zero", False
 
 
-def forces_doubt(rest: Mapping[str, float], zero: Zero | None, most_kN: float) -> Doubt | None:
+def forces_doubt(rest: Mapping[str, float], zero: Zero | None, most_kN: float) -> SignalDoubt | None:
     """Return the doubt of two ways to the force that do not agree at rest, None where they do.
 
     Parameters
@@ -165,7 +165,7 @@ def stroke_trouble(rest: Mapping[str, float], zero: Zero | None, table: ZeroTabl
     return f"{reads} at rest{what}, more than [zero] {key} = {most_mm:g} mm: {do}"
 
 
-def wires_doubt(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable) -> Doubt | None:
+def wires_doubt(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable) -> SignalDoubt | None:
     """Return the doubt of draw wires that read more at rest than a touch takes for zero, None if none does.
 
     Parameters
@@ -184,7 +184,7 @@ def wires_doubt(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable) 
         text += f"; both wires are off alike, and the piston reads {own_mm:+.2f} mm" + (
             ": it stands out there, or its own zero is off, too" if abs(own_mm - value) < ALIKE_MM else ""
         )
-    return Doubt("zero", names, "controller", setting, text, value, table.stroke_max_mm, "mm")
+    return SignalDoubt("zero", names, "controller", setting, text, value, table.stroke_max_mm, "mm")
 
 
 def _beyond(rest: Mapping[str, float], zero: Zero | None, most_mm: float) -> dict[str, float]:

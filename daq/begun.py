@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.daq.folder import CampaignRecord
-from bufferstand.daq.reached import Reached
+from bufferstand.daq.reached import StandOrigin
 from bufferstand.drivers.interfaces import Identity
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.runfile import read_metadata
@@ -24,7 +24,7 @@ TRIP = "trip"
 
 
 @dataclass(frozen=True)
-class Begun:
+class CampaignStart:
     """What a campaign goes on with.
 
     Parameters
@@ -53,7 +53,7 @@ def software_version() -> str:
     return version("bufferstand")
 
 
-def begun(record: CampaignRecord | None, folder: Path) -> Begun:
+def begun(record: CampaignRecord | None, folder: Path) -> CampaignStart:
     """Return how a campaign was begun, by its folder.
 
     The kind of stand is that of the first start, also where nothing was recorded; which controller it was
@@ -68,12 +68,12 @@ def begun(record: CampaignRecord | None, folder: Path) -> Begun:
         The campaign's folder.
     """
     if record is None:
-        return Begun()
+        return CampaignStart()
     # Every start of a campaign is made on the same kind of stand.
     simulate = record.last(SIMULATE)
     if simulate is None and record.starts:
         simulate = not any(start.get("arming") for start in record.starts)
-    known = Begun(
+    known = CampaignStart(
         simulate,
         float(record.last(SPEED) or 1.0),
         None,
@@ -90,7 +90,7 @@ def begun(record: CampaignRecord | None, folder: Path) -> Begun:
     return _with_runs(replace(known, simulated=simulated), record, folder)
 
 
-def _with_runs(known: Begun, record: CampaignRecord, folder: Path) -> Begun:
+def _with_runs(known: CampaignStart, record: CampaignRecord, folder: Path) -> CampaignStart:
     """Return the same with what the newest run file adds: the folder is one of an earlier version."""
     for run in reversed([run for step in record.steps for run in step.runs]):
         try:
@@ -115,7 +115,7 @@ def start_facts(*, simulate: bool, speed: float) -> dict[str, Any]:
     return found | ({SPEED: speed, KEY: True} if simulate else {})
 
 
-def with_stand(record: CampaignRecord, reached: Reached, identity: Identity) -> CampaignRecord:
+def with_stand(record: CampaignRecord, reached: StandOrigin, identity: Identity) -> CampaignRecord:
     """Return the record with what its last start has come to: the kind of stand, and its controller."""
     if not record.starts:
         return record

@@ -27,7 +27,7 @@ _LONG = 80
 
 
 @dataclass(frozen=True)
-class Change:
+class StartChange:
     """One thing that is another than it was: what, and its values in words."""
 
     what: str
@@ -43,22 +43,22 @@ class Change:
         return asdict(self)
 
 
-def controller_changes(before: Mapping[str, Any], now: Identity) -> tuple[Change, ...]:
+def controller_changes(before: Mapping[str, Any], now: Identity) -> tuple[StartChange, ...]:
     """Return what differs between the controller of an earlier start and the one that answers now."""
     is_now = asdict(now)
     return tuple(
-        Change(words, _shown(before[key]), _shown(is_now[key]))
+        StartChange(words, _shown(before[key]), _shown(is_now[key]))
         for key, words in _CONTROLLER
         if before.get(key) not in (None, "") and before[key] != is_now[key]
     )
 
 
-def software_changes(before: str, now: str) -> tuple[Change, ...]:
+def software_changes(before: str, now: str) -> tuple[StartChange, ...]:
     """Return whether the software is of another version; nothing where the earlier one is not known."""
-    return (Change("bufferstand’s version", before, now),) if before and before != now else ()
+    return (StartChange("bufferstand’s version", before, now),) if before and before != now else ()
 
 
-def file_changes(edits: Sequence[FileEdit]) -> tuple[Change, ...]:
+def file_changes(edits: Sequence[FileEdit]) -> tuple[StartChange, ...]:
     """Return every setting that has another value in edited files; of a file that is no TOML, that it is one.
 
     Comments and layout are none; a list of tables is gone through by the names of its tables.
@@ -66,15 +66,15 @@ def file_changes(edits: Sequence[FileEdit]) -> tuple[Change, ...]:
     return tuple(change for edit in edits for change in _of_file(edit))
 
 
-def _of_file(edit: FileEdit) -> Iterator[Change]:
+def _of_file(edit: FileEdit) -> Iterator[StartChange]:
     try:
         was, is_now = (dict(_flat(tomllib.loads(text or ""))) for text in (edit.before, edit.now))
     except tomllib.TOMLDecodeError:
-        yield Change(edit.place, "as taken", "edited")
+        yield StartChange(edit.place, "as taken", "edited")
         return
     for key in dict.fromkeys([*was, *is_now]):
         if was.get(key) != is_now.get(key):
-            yield Change(f"{edit.place}: {key}", _shown(was.get(key)), _shown(is_now.get(key)))
+            yield StartChange(f"{edit.place}: {key}", _shown(was.get(key)), _shown(is_now.get(key)))
 
 
 def _flat(content: Any, place: str = "") -> Iterator[tuple[str, Any]]:

@@ -9,7 +9,7 @@ from bufferstand.daq.guard_site import CONTROLLER_STREAM
 from bufferstand.daq.scaling import ScaledBlock
 
 
-class Collected:
+class CollectedSamples:
     """Samples of a stretch of time, of the controller and of a second way to the force."""
 
     def __init__(self) -> None:

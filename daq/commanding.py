@@ -12,15 +12,16 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from bufferstand.daq.slow_looking import RampLook, StaticLook
-from bufferstand.daq.stroke_agreement import Mute, Once, Terms, Voice
+from bufferstand.daq.slow_looking import RampCheck, StaticStrokeCheck
+from bufferstand.daq.stroke_agreement import NoMessages, StrokeCommandSettings, StrokeMessages, WarnOnce
 from bufferstand.daq.stroke_command import commanded_sine, first_loading
-from bufferstand.daq.stroke_looking import Order, SineLook
+from bufferstand.daq.stroke_looking import MotionOrder, SineCorrector
 from bufferstand.daq.stroke_rows import StrokeRow
 from bufferstand.drivers.interfaces import Controller
 from bufferstand.foundation.motions import Commandable
 from bufferstand.protocols.commanded import Sine, piston_mm
 from bufferstand.protocols.steps import (
+    ExpectedTurns,
     Harmonic,
     Motion,
     MotionEstimate,
@@ -28,7 +29,6 @@ from bufferstand.protocols.steps import (
     RampTo,
     RampToForce,
     StaticCycles,
-    Turns,
 )
 
 """The motions that a controller performs by itself."""
@@ -44,7 +44,7 @@ PLANNED_PERCENT, PLANNED_MM = 5.0, 1.0
 stated right of machine and spring is less, and a controller whose gain is a tenth too low is more."""
 
 
-class Commanding:
+class StrokeCommands:
     """Gives the controller its commands, looks what becomes of them, and corrects a running sine.
 
     Parameters
@@ -62,21 +62,23 @@ class Commanding:
         self.zero_mm = 0.0
         """Piston position of first contact: strokes are asked from there, positions commanded from the
         controller's zero [mm]."""
-        self._terms: Terms | None = None
-        self._voice: Voice = Mute()
+        self._terms: StrokeCommandSettings | None = None
+        self._voice: StrokeMessages = NoMessages()
         self._step: PlannedStep | None = None
         self._motions: Sequence[Motion] = ()
-        self._look: SineLook | StaticLook | RampLook | None = None
+        self._look: SineCorrector | StaticStrokeCheck | RampCheck | None = None
         self._looked_at: Motion | None = None
         self._keep_learned: Callable[[], object] | None = None
         self._warmer_K = 0.0
         self._is_measured = False
         self._known: tuple[Harmonic, Harmonic] | None = None
-        self._once = Once(self._voice)
+        self._once = WarnOnce(self._voice)
         self.rows: list[StrokeRow] = []
         """What was asked, commanded and reached in the step under way."""
 
-    def agree(self, terms: Terms, voice: Voice, keep: Callable[[], object] | None = None) -> None:
+    def agree(
+        self, terms: StrokeCommandSettings, voice: StrokeMessages, keep: Callable[[], object] | None = None
+    ) -> None:
         """Compensate from now on by these terms, and say what is to be said.
 
         Parameters
@@ -86,11 +88,11 @@ class Commanding:
         keep : callable, optional
             Called after every look: keeps what was learned.
         """
-        self._terms, self._voice, self._once = terms, voice, Once(voice)
+        self._terms, self._voice, self._once = terms, voice, WarnOnce(voice)
         self._keep_learned = keep
 
     @property
-    def voice(self) -> Voice:
+    def voice(self) -> StrokeMessages:
         """Who says what becomes of the commands."""
         return self._voice
 
@@ -211,11 +213,11 @@ class Commanding:
                 return self._step.estimates[index]
         return None
 
-    def _expected(self, motion: Motion) -> Turns | None:
+    def _expected(self, motion: Motion) -> ExpectedTurns | None:
         """Return the turns by which a motion is commanded, of a specimen as warm as it is."""
         return self._expected_of_cycle(motion, None)
 
-    def _expected_of_cycle(self, motion: Motion, cycle: int | None) -> Turns | None:
+    def _expected_of_cycle(self, motion: Motion, cycle: int | None) -> ExpectedTurns | None:
         """Return the turns that are expected of one cycle of a motion; of its usual ones if None."""
         if (estimate := self._estimate(motion)) is None:
             return None
@@ -256,7 +258,7 @@ class Commanding:
         if self._terms is None or not self._is_of_step(motion):
             return
         if isinstance(motion, RampTo) and motion.target_mm > 0.0:
-            self._look = RampLook(motion, self._terms)
+            self._look = RampCheck(motion, self._terms)
             listeners.append(self._look.take)
             return
         if not isinstance(motion, Harmonic | StaticCycles):
@@ -264,12 +266,12 @@ class Commanding:
         told, zero_mm = self.commanded(motion), self.zero_mm
         self._looked_at = motion
         expected_of = partial(self._expected_of_cycle, motion)
-        order = Order(self._terms, self._voice, self._once, expected_of, self._compensates)
+        order = MotionOrder(self._terms, self._voice, self._once, expected_of, self._compensates)
         if isinstance(motion, Harmonic) and isinstance(told, Harmonic):
             command = Sine(told.mean_mm - zero_mm, told.amplitude_mm)
-            self._look = SineLook(motion, command, order, self._controller, zero_mm)
+            self._look = SineCorrector(motion, command, order, self._controller, zero_mm)
         elif isinstance(motion, StaticCycles) and isinstance(told, StaticCycles):
-            self._look = StaticLook(motion, told.stroke_limit_mm - zero_mm, order)
+            self._look = StaticStrokeCheck(motion, told.stroke_limit_mm - zero_mm, order)
         if self._look is not None:
             listeners.append(self._look.take)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bufferstand.drivers.interfaces import SensorFault
 
 
-class Complaints:
+class SensorMessages:
     """Counts the complaints of a run; what differs in its figures alone is the same one."""
 
     def __init__(self) -> None:

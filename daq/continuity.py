@@ -12,11 +12,11 @@ from typing import Protocol
 
 import numpy as np
 
-from bufferstand.daq.awake import Awake, StoodStill
+from bufferstand.daq.awake import ProgramSuspended, SuspendWatch
 from bufferstand.daq.clock_guard import PAUSE_S
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.panel import GuardPanel
-from bufferstand.daq.ride_out import Reached, RideOut
+from bufferstand.daq.ride_out import OutageHandler, ReachedController
 from bufferstand.drivers.interfaces import Controller, ControllerStatus
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import DeviceFault, NotInCharge, WireLost
@@ -25,7 +25,7 @@ ASK_AGAIN_S = 1.0
 """So often it is asked whether another program still has the controller [s of the wall]."""
 
 
-class Watched(Reached, Protocol):
+class BreakHandler(ReachedController, Protocol):
     """What a break does to the one who reads (:class:`bufferstand.daq.acquisition.Acquisition`)."""
 
     feeding: bool
@@ -70,14 +70,14 @@ class Continuity:
         Where reasons to stop are latched.
     """
 
-    def __init__(self, reads: Watched, controller: Controller, clock: Clock, panel: GuardPanel) -> None:
+    def __init__(self, reads: BreakHandler, controller: Controller, clock: Clock, panel: GuardPanel) -> None:
         self._reads = reads
         self._controller = controller
         self._clock = clock
         self._panel = panel
-        self.awake = Awake(clock.wall_s())
+        self.awake = SuspendWatch(clock.wall_s())
         """Notices that this program stood still; knows what a wait with the valve off does then."""
-        self.rides: RideOut | None = None
+        self.rides: OutageHandler | None = None
         """Decides how long an outage is ridden out; without it a lost wire is a reason to stop at once."""
         self.was_silent = False
         """Whether the controller gave no reply in this pass."""
@@ -108,12 +108,12 @@ class Continuity:
         """
         try:
             yield
-        except StoodStill as still:
+        except ProgramSuspended as still:
             self._wake(still)
         except DeviceFault as fault:
             self._take_fault(fault)
 
-    def _wake(self, still: StoodStill) -> None:
+    def _wake(self, still: ProgramSuspended) -> None:
         self._go_on_anew(str(still), still.for_s, short=still.short)
 
     def see_pause(self, most_s: float, *, look: bool = True) -> None:
@@ -135,7 +135,7 @@ class Continuity:
                 self._panel.explained_by = ""
             return
         if self.awake.waits:
-            raise StoodStill(still_s)
+            raise ProgramSuspended(still_s)
         if self._reads.waited_for:  # it stood still as well
             return
         self._panel.explained_by = (
@@ -192,7 +192,7 @@ class Continuity:
         """Let a fault of the controller or its wire be a reason to stop, unless an outage is ridden out."""
         try:
             self.see_pause(self.awake.longest_call_s, look=False)
-        except StoodStill as still:
+        except ProgramSuspended as still:
             self._wake(still)
             return
         if isinstance(fault, WireLost) and self.lose(fault):

@@ -41,7 +41,7 @@ _PLACES = 29
 
 
 @dataclass(frozen=True)
-class Crest:
+class StrokeTurn:
     """A turn.
 
     Parameters
@@ -63,14 +63,14 @@ class Crest:
 
 
 @dataclass(frozen=True)
-class Turned:
+class StrokeTurns:
     """Both turns of a period; the lower one is a crest of the values' opposites."""
 
-    upper: Crest
-    lower: Crest
+    upper: StrokeTurn
+    lower: StrokeTurn
 
     @classmethod
-    def of(cls, time_s: Floats, values: Floats) -> Turned | None:
+    def of(cls, time_s: Floats, values: Floats) -> StrokeTurns | None:
         """Return the turns of samples, shape (n,) each; None where one is not whole."""
         upper, lower = upper_crest(time_s, values), upper_crest(time_s, -values)
         return None if upper is None or lower is None else cls(upper, lower)
@@ -101,7 +101,7 @@ def noise_of(values: Floats) -> float:
     return float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * math.sqrt(20.0))
 
 
-def upper_crest(time_s: Floats, values: Floats) -> Crest | None:
+def upper_crest(time_s: Floats, values: Floats) -> StrokeTurn | None:
     """Return the upper turn of a period; the lower one is that of ``-values``.
 
     Parameters
@@ -123,7 +123,7 @@ def upper_crest(time_s: Floats, values: Floats) -> Crest | None:
     whole = _window(smooth, top, height - EDGE_SHARE * spread)
     if whole[0] == 0 or whole[1] == len(values):
         return None
-    fits: list[tuple[Crest, float, int]] = []
+    fits: list[tuple[StrokeTurn, float, int]] = []
     for level in (*LEVELS, *SPARSE_LEVELS):
         if level in SPARSE_LEVELS and fits:
             break
@@ -199,7 +199,7 @@ def prepare() -> None:
         _shapes(points)
 
 
-def _fitted(time_s: Floats, values: Floats) -> list[tuple[Crest, float, int]]:
+def _fitted(time_s: Floats, values: Floats) -> list[tuple[StrokeTurn, float, int]]:
     """Return the crest of a window, the misfit of one sample and its freedoms; nothing where none fits."""
     group = -(-len(values) // MOST_POINTS)
     points = len(values) // group
@@ -219,7 +219,7 @@ def _fitted(time_s: Floats, values: Floats) -> list[tuple[Crest, float, int]]:
     free = points - 5
     misfit = math.sqrt(max(1e-24, float(missed[best])) / free)
     middle, half = 0.5 * (time[0] + time[-1]), 0.5 * (time[-1] - time[0])
-    crest = Crest(
+    crest = StrokeTurn(
         float(middle + half * shapes.arrive[best]),
         about + float(height[best]),
         misfit * float(shapes.gain[best]),
@@ -228,7 +228,7 @@ def _fitted(time_s: Floats, values: Floats) -> list[tuple[Crest, float, int]]:
     return [(crest, misfit * math.sqrt(group), free)]
 
 
-def _arriving(time_s: Floats, stroke: Floats, force: Floats, crest: Crest, near_mm: float) -> float:
+def _arriving(time_s: Floats, stroke: Floats, force: Floats, crest: StrokeTurn, near_mm: float) -> float:
     """Return the force with which a crest is reached: behind it the force of a specimen with friction falls.
 
     Near a crest the stroke is a parabola of time, and elastic and viscous forces are one with it.

@@ -11,7 +11,7 @@ SURE = 2.0
 """Off by so little is told from noise where it is this many standard uncertainties of the turns beyond it."""
 
 
-class CyclesJudged:
+class CycleChecks:
     """Keeps what every full cycle reached, by its number.
 
     Parameters

@@ -10,7 +10,7 @@ IDLE_S = 300.0
 """Nobody has touched a key for so long: it ends [s of the wall]."""
 
 
-class DeadMan:
+class DeadManSwitch:
     """Hears keys, and says whether one is held.
 
     Parameters

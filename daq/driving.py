@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.catching_up import catch_up
-from bufferstand.daq.commanding import Commanding
+from bufferstand.daq.commanding import StrokeCommands
 from bufferstand.daq.force_cycling import cycle_between_forces
 from bufferstand.daq.force_row import ForceRow
 from bufferstand.daq.guards import Action, Trip
@@ -55,7 +55,7 @@ class Halt(Exception):  # noqa: N818 - it names the fact
 
 
 @dataclass(frozen=True)
-class Patience:
+class MotionTimeLimit:
     """How long a motion may take: ``factor`` × what the plan expects + ``margin_s`` [s of device time]."""
 
     factor: float = 1.5
@@ -66,7 +66,7 @@ class Patience:
         return self.factor * expected_s + self.margin_s
 
 
-class Driver:
+class MotionRunner:
     """Performs motions one after the other on an acquisition.
 
     Parameters
@@ -89,7 +89,7 @@ class Driver:
         acquisition: Acquisition,
         request: StopRequest,
         tick: Callable[[], object],
-        patience: Patience | None = None,
+        patience: MotionTimeLimit | None = None,
         *,
         release_speed_mm_per_s: float | None = None,
     ) -> None:
@@ -97,8 +97,8 @@ class Driver:
         self._acquisition = acquisition
         self._request = request
         self._tick = tick
-        self._patience = patience or Patience()
-        self.commanding = Commanding(acquisition.stand.controller)
+        self._patience = patience or MotionTimeLimit()
+        self.commanding = StrokeCommands(acquisition.stand.controller)
         """Turns what the specimen is to do into the controller's commands."""
         self._cyclic: Harmonic | StaticCycles | None = None
         self._cyclic_since_s = 0.0

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.admissible import Judge, shows_the_curve
+from bufferstand.protocols.admissible import StepJudge, shows_the_curve
 from bufferstand.protocols.curve_predictor import CurvePredictor, curve_of_stroke
 from bufferstand.protocols.plan import Plan
 from bufferstand.protocols.prediction import Predictor
@@ -14,7 +14,7 @@ from bufferstand.protocols.steps import Hold, PlannedStep, TouchOff, WaitUntilCo
 from bufferstand.recording.runfile import open_run
 
 
-class Acquaintance:
+class SpecimenKnowledge:
     """What becomes known of a specimen while its campaign runs.
 
     Parameters
@@ -62,7 +62,7 @@ class Acquaintance:
             if shows_the_curve(request.step) or not moves:
                 return None
             return f"step “{step.name}”: no slow stroke of this campaign has shown the specimen's curve yet"
-        judge = Judge(
+        judge = StepJudge(
             self._plan.limits,
             known,
             campaign.content.motion.ramp_speed_mm_per_s,

@@ -21,7 +21,7 @@ from typing import Protocol
 import numpy as np
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.commanding import Commanding
+from bufferstand.daq.commanding import StrokeCommands
 from bufferstand.daq.force_row import ForceRow, ForceTurns, force_row
 from bufferstand.daq.turn_watch import TurnWatch
 from bufferstand.protocols.force_turns import FINEST_MM
@@ -58,7 +58,7 @@ SOFTEST_SHARE = 0.2
 class RampRunner(Protocol):
     """What cycling between two forces needs of whoever performs the motions."""
 
-    commanding: Commanding
+    commanding: StrokeCommands
     cycles_done: int
     command_s: float
     force_rows: list[ForceRow]
@@ -114,7 +114,7 @@ def cycle_between_forces(
     Raises
     ------
     Halt
-        As :meth:`bufferstand.daq.driving.Driver.perform`.
+        As :meth:`bufferstand.daq.driving.MotionRunner.perform`.
     """
     cycling = _Cycling(motion, driver, acquisition, limit_s)
     acquisition.listeners.append(cycling.watch.take)

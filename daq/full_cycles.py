@@ -126,7 +126,7 @@ class FullCycles:
         return self._is_full(command, STEADY_SHARE * self._amplitude_mm + STEADY_MM)
 
 
-class Change:
+class SineChange:
     """Follows by the recorded command how a running sine goes over to another one."""
 
     def __init__(self) -> None:

@@ -66,7 +66,7 @@ class Computer:
     guarded: bool
 
 
-class Recording(Protocol):
+class RecorderState(Protocol):
     """What is looked at of a recorder (:class:`bufferstand.recording.writer.RunRecorder`)."""
 
     @property
@@ -99,7 +99,7 @@ class Recording(Protocol):
 class Recorded:
     """The recorder of the run under way."""
 
-    recorder: Recording
+    recorder: RecorderState
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ import numpy as np
 
 from bufferstand.daq.panel import GuardPanel
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.warmed import Warmed
+from bufferstand.daq.warmed import WarmUpOutcome
 
 LATE_S = 3.0
 """A sensor that gives its first reading within this time gives the temperature at the beginning [s]."""
 
 
 @dataclass(frozen=True)
-class Seen:
+class StepHeat:
     """What was measured from the beginning of a step to its end.
 
     Parameters
@@ -38,7 +38,7 @@ class Seen:
     end_C: float | None
     ambient_C: float | None
     heat_J: float
-    warmed: Warmed | None = None
+    warmed: WarmUpOutcome | None = None
 
 
 class HeatLog:
@@ -75,10 +75,10 @@ class HeatLog:
         self._work_J += 0.5 * float(np.dot(force[1:] + force[:-1], stroke[1:] - stroke[:-1]))
         self._last = float(force[-1]), float(stroke[-1])
 
-    def seen(self, now_s: float) -> Seen:
+    def seen(self, now_s: float) -> StepHeat:
         """Return what was measured until now (stand time, s)."""
         air = [value for name, value in self._readings().items() if name in self._ambient]
-        return Seen(
+        return StepHeat(
             now_s - self._began_s,
             self._start_C,
             self._warmest_C(),

@@ -14,14 +14,14 @@ from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.before_start import first_look
 from bufferstand.daq.catching_up import NOT_CAUGHT_UP, catch_up
 from bufferstand.daq.controller_guard import DEVICE_LIMIT_FAULTS, fault_text
-from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.driving import Halt, MotionRunner
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.limits import guards_for
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
 from bufferstand.daq.signals import StopRequest
 from bufferstand.daq.stand_use import give_back, use_trouble
-from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.daq.stop_eyes import SampleObserver
 from bufferstand.daq.zero_limits import BEYOND_MM
 from bufferstand.drivers.interfaces import EndReason, Stand
 from bufferstand.drivers.stand_file import StandFile
@@ -110,13 +110,13 @@ class ManualStand:
         panel = GuardPanel(self._guards.valve_off(), wall_s=clock.wall_s())
         self.acquisition = Acquisition(stand, clock, panel)
         self.acquisition.feeding = False  # the actuator may be another's
-        self.driver = Driver(self.acquisition, request, self.tick)
+        self.driver = MotionRunner(self.acquisition, request, self.tick)
         self._safe_stop = SafeStop(
             stand.controller,
             clock,
             SafeStopSettings(RELEASE_SPEED_MM_PER_S, watchdog_s(stand_file), stays_where_unloaded=True),
             pump=self.tick,
-            eyes=StopEyes(self.acquisition, stand_file.limits.force_max_kN),
+            eyes=SampleObserver(self.acquisition, stand_file.limits.force_max_kN),
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         self.rest: dict[str, float] = {}

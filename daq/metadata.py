@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from bufferstand.daq.panel import GuardSet
-from bufferstand.daq.reached import Reached
+from bufferstand.daq.reached import StandOrigin
 from bufferstand.daq.scaling import zeroed
 from bufferstand.drivers.interfaces import Identity, Stand, StreamFacts
 from bufferstand.foundation.zero import Zero
@@ -20,7 +20,7 @@ from bufferstand.recording.simulated import SPEED_KEY
 
 
 @dataclass(frozen=True)
-class CampaignFacts:
+class CampaignMetadata:
     """What the runner cannot know by itself.
 
     Parameters
@@ -87,9 +87,9 @@ def run_document(
     plan: Plan,
     stand: Stand,
     identity: Identity,
-    reached: Reached,
+    reached: StandOrigin,
     guards: GuardSet,
-    facts: CampaignFacts,
+    facts: CampaignMetadata,
     zero: Zero | None = None,
 ) -> dict[str, Any]:
     """Return the metadata document of the run of one step (docs/run-file.md).

@@ -8,8 +8,8 @@ from datetime import date
 from pathlib import Path
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.alive import Alive
-from bufferstand.daq.anew import Anew
+from bufferstand.daq.alive import ConnectedStand
+from bufferstand.daq.anew import StandRecheck
 from bufferstand.daq.before_start import (
     apart_trouble,
     delivery_remark,
@@ -23,24 +23,24 @@ from bufferstand.daq.before_start import (
     zero_trouble,
 )
 from bufferstand.daq.channel_guard import DEFAULT_TILT_MM
-from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.driving import Halt, MotionRunner
 from bufferstand.daq.guard_site import ACTIONS
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.kept_zero import keep_zero, zero_to_take
 from bufferstand.daq.limits import guards_for
-from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.metadata import CampaignMetadata
 from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.passes import Passes
+from bufferstand.daq.passes import LoopPasses
 from bufferstand.daq.progress import Watcher
 from bufferstand.daq.reached import another, how_reached, mixing
 from bufferstand.daq.riding import rides_of
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
-from bufferstand.daq.showing import Showing
+from bufferstand.daq.showing import CampaignDisplay
 from bufferstand.daq.signals import StopLevel, StopRequest
 from bufferstand.daq.stand_use import await_free, look_at_use, use_trouble
 from bufferstand.daq.start_band import begins_with_a_wait
-from bufferstand.daq.stop_eyes import StopEyes
+from bufferstand.daq.stop_eyes import SampleObserver
 from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.validity import expired_calibrations
 from bufferstand.daq.wiring import doubt_trip
@@ -109,17 +109,17 @@ class Opening:
     plan: Plan
     stand: Stand
     clock: Clock
-    facts: CampaignFacts
+    facts: CampaignMetadata
     settings: RunSettings
     table: GuardTable
     request: StopRequest
     notes: Path
-    showing: Showing
-    passes: Passes
+    showing: CampaignDisplay
+    passes: LoopPasses
     watcher: Watcher | None
     predictor: Predictor | None = None
 
-    def assemble(self, steps: Sequence[PlannedStep]) -> Alive:
+    def assemble(self, steps: Sequence[PlannedStep]) -> ConnectedStand:
         """Connect, and put together what works on the stand; guards judge the first of ``steps``.
 
         Raises
@@ -160,14 +160,14 @@ class Opening:
         )
         if self.watcher is not None:
             acquisition.observers.append(self.watcher.take)
-        anew = Anew(acquisition, identity, self.free_trouble)
+        anew = StandRecheck(acquisition, identity, self.free_trouble)
         acquisition.continuity.awake.take_anew = anew.look
         acquisition.continuity.awake.longest_call_s = CALL_TIMEOUTS * self._timeout_s + CALL_MORE_S
         rides = rides_of(acquisition, self.facts.watchdog_s, self.table, anew.look)
         acquisition.continuity.rides = rides
         acquisition.feeding = False  # the actuator may be another's: a feed would hide that one's death
         release_mm_per_s = self.plan.campaign.content.motion.release_speed_mm_per_s
-        driver = Driver(
+        driver = MotionRunner(
             acquisition,
             self.request,
             self.passes.tick,
@@ -180,13 +180,15 @@ class Opening:
             self.clock,
             SafeStopSettings(release_mm_per_s, self.facts.watchdog_s),
             pump=self.passes.tick,
-            eyes=StopEyes(acquisition, self.plan.stand_limits.force_max_kN),
+            eyes=SampleObserver(acquisition, self.plan.stand_limits.force_max_kN),
             emergency=lambda: panel.action is Action.EMERGENCY,
         )
         zeroing = self._zeroing(acquisition, driver)
         anew.doubt_zero = zeroing.doubt
         anew.leave = safe_stop.leave
-        return Alive(identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides)
+        return ConnectedStand(
+            identity, reached, base, guards, panel, acquisition, driver, safe_stop, zeroing, rides
+        )
 
     def demand_free(self, *, wait: bool = False) -> None:
         """Demand that nobody else has the stand, and nothing moves; nothing is written to the controller.
@@ -242,7 +244,7 @@ class Opening:
         """The longest wait for one reply, by the stand file [s]."""
         return float((self.facts.stand.get("controller") or {}).get("timeout_s") or 0.0)
 
-    def look(self, alive: Alive, steps: Sequence[PlannedStep]) -> None:
+    def look(self, alive: ConnectedStand, steps: Sequence[PlannedStep]) -> None:
         """Look at everything that can be looked at while nothing moves; say it, or refuse.
 
         A zero is taken over, if one is to be.
@@ -270,14 +272,14 @@ class Opening:
         self.demand_free()  # what another program moves meanwhile is not at rest
         self._judge_rest(alive.zeroing, rest)
 
-    def _outage_text(self, alive: Alive) -> str:
+    def _outage_text(self, alive: ConnectedStand) -> str:
         """Return how long an outage is ridden out; empty for a stand that waits for its reader."""
         timeout_s = (self.facts.stand.get("controller") or {}).get("timeout_s")
         if timeout_s is None or self.settings.waited_for:
             return ""
         return alive.rides.leeway.sentence(timeout_s)
 
-    def _judge_wire(self, alive: Alive) -> None:
+    def _judge_wire(self, alive: ConnectedStand) -> None:
         """Refuse a wire that cannot carry the samples, unless the stand waits for its reader."""
         waits = self.settings.waited_for or self.settings.says_it_waits
         if not waits and (why := delivery_trouble(alive.acquisition, alive.driver.pump)):
@@ -326,7 +328,7 @@ class Opening:
             if text:
                 self.showing.message(f"WARNING: {text}")
 
-    def _zeroing(self, acquisition: Acquisition, driver: Driver) -> Zeroing:
+    def _zeroing(self, acquisition: Acquisition, driver: MotionRunner) -> Zeroing:
         content = self.plan.campaign.content
         return Zeroing(
             acquisition,

@@ -12,7 +12,7 @@ SHARE_OF_POLL = 0.25
 
 
 @dataclass(frozen=True)
-class Pace:
+class LoopPace:
     """How the loop is paced.
 
     Parameters
@@ -37,7 +37,7 @@ class Pace:
     feed_s: float = FEED_S
     anchor_s: float = 1.0
 
-    def suited_to(self, controller: StreamFacts) -> Pace:
+    def suited_to(self, controller: StreamFacts) -> LoopPace:
         """Return the pace for a controller: a polled sample is not to wait for a pass longer than it must."""
         if controller.clock == "device":
             return self

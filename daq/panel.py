@@ -22,7 +22,7 @@ from bufferstand.daq.guard_sights import (
     PassOver,
     Phase,
     Recorded,
-    Recording,
+    RecorderState,
     RunBegun,
     Samples,
     Sight,
@@ -265,7 +265,7 @@ class GuardPanel:
         """Judge a snapshot of the controller (:class:`bufferstand.daq.guard_sights.Snapshot`)."""
         self._ask(Snapshot(status, sampled_kN, age_s, up_to_date), at_s, wall_s)
 
-    def look_at_recorder(self, recorder: Recording, at_s: float) -> None:
+    def look_at_recorder(self, recorder: RecorderState, at_s: float) -> None:
         """Judge the recorder of the run under way."""
         self._ask(Recorded(recorder), at_s)
 

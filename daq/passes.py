@@ -9,10 +9,10 @@ from pathlib import Path
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.catching_up import NOT_CAUGHT_UP, catch_up
-from bufferstand.daq.driving import Driver
+from bufferstand.daq.driving import MotionRunner
 from bufferstand.daq.notes import add_note
 from bufferstand.daq.progress import Watcher
-from bufferstand.daq.showing import Showing
+from bufferstand.daq.showing import CampaignDisplay
 from bufferstand.daq.signals import StopRequest
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import DeviceFault
@@ -24,7 +24,7 @@ AFTER_STOP_S = 1.0
 """So long a run goes on after its safe stop [s of stand time]."""
 
 
-class Passes:
+class LoopPasses:
     """Makes passes of the acquisition, each with its showing and the operator's notes.
 
     Parameters
@@ -42,18 +42,23 @@ class Passes:
     """
 
     def __init__(
-        self, clock: Clock, showing: Showing, request: StopRequest, notes: Path, watcher: Watcher | None
+        self,
+        clock: Clock,
+        showing: CampaignDisplay,
+        request: StopRequest,
+        notes: Path,
+        watcher: Watcher | None,
     ) -> None:
         self._clock = clock
         self._showing = showing
         self._request = request
         self._notes = notes
         self._watcher = watcher
-        self._served: tuple[Acquisition, Driver] | None = None
+        self._served: tuple[Acquisition, MotionRunner] | None = None
         self.run_id = ""
         """Of the run that is being recorded; empty if none is."""
 
-    def serve(self, acquisition: Acquisition, driver: Driver) -> None:
+    def serve(self, acquisition: Acquisition, driver: MotionRunner) -> None:
         """Make the passes of this acquisition from now on; the driver is shown beside it."""
         self._served = acquisition, driver
 
@@ -152,7 +157,7 @@ class Passes:
         if self._served is not None:
             self._served[0].log.say("operator", text)
 
-    def _need(self) -> tuple[Acquisition, Driver]:
+    def _need(self) -> tuple[Acquisition, MotionRunner]:
         if self._served is None:
             raise RuntimeError("the session is not open")
         return self._served

@@ -17,7 +17,7 @@ from bufferstand.daq.margin import Margin
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
 from bufferstand.foundation.channel import Channel
-from bufferstand.foundation.plausibility import Implausible, Watch
+from bufferstand.foundation.plausibility import ImplausibleSamples, PlausibilityWatch
 
 HOLD_S = 0.05
 """An end of the range or an overload must last this long [s]: one bad sample is none."""
@@ -29,7 +29,7 @@ NOTES_APART_S = 1.0
 class _Seen:
     """What a channel has shown: bad samples in a row by kind, and when a jump was last noted."""
 
-    watch: Watch
+    watch: PlausibilityWatch
     in_a_row: dict[str, int]
     noted_s: float = float("-inf")
 
@@ -48,7 +48,7 @@ class PlausibilityGuard:
         self._channels = {
             channel.name: channel for channel in facts.channels if channel.plausible is not None
         }
-        self._seen = {name: _Seen(Watch(channel), {}) for name, channel in self._channels.items()}
+        self._seen = {name: _Seen(PlausibilityWatch(channel), {}) for name, channel in self._channels.items()}
 
     def look(self, block: SampleBlock, scaled: ScaledBlock) -> list[Trip]:
         """Return what a block shows: a stop for a transducer that has failed, a note for a jump."""
@@ -69,7 +69,7 @@ class PlausibilityGuard:
         return trips
 
     def _lasting(
-        self, found: list[Implausible], kind: str, seen: _Seen, channel: Channel, scaled: ScaledBlock
+        self, found: list[ImplausibleSamples], kind: str, seen: _Seen, channel: Channel, scaled: ScaledBlock
     ) -> list[Trip]:
         """Return a stop when a state has lasted for long enough, counting on from the block before."""
         before = seen.in_a_row.get(kind, 0)
@@ -83,7 +83,7 @@ class PlausibilityGuard:
         return []
 
     @staticmethod
-    def _trip(one: Implausible, channel: Channel, scaled: ScaledBlock, action: Action) -> Trip:
+    def _trip(one: ImplausibleSamples, channel: Channel, scaled: ScaledBlock, action: Action) -> Trip:
         return Trip(
             f"plausibility of {channel.name}",
             action,

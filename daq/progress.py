@@ -17,7 +17,7 @@ Part = Literal["", "lead-in", "run-out"]
 
 
 @dataclass(frozen=True)
-class Progress:
+class CampaignProgress:
     """One snapshot of a running campaign.
 
     Parameters
@@ -94,7 +94,7 @@ class Progress:
 class ProgressSink(Protocol):
     """Whoever shows a campaign's progress; called in the acquisition's thread, so it must be quick."""
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         """Show a snapshot."""
         ...
 
@@ -115,23 +115,23 @@ class Watcher(Protocol):
         ...
 
 
-class Silent:
+class SilentSink:
     """Shows nothing."""
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         """Take a snapshot and drop it."""
 
     def message(self, text: str) -> None:
         """Take a line and drop it."""
 
 
-class Both:
+class TwoSinks:
     """Shows everything in two places."""
 
     def __init__(self, one: ProgressSink, two: ProgressSink) -> None:
         self._sinks = (one, two)
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         """Show a snapshot in both."""
         for sink in self._sinks:
             sink.update(progress)
@@ -161,7 +161,7 @@ class Throttle:
         self._interval_s = interval_s
         self._next_s = wall_s()
 
-    def offer(self, make: Callable[[], Progress]) -> None:
+    def offer(self, make: Callable[[], CampaignProgress]) -> None:
         """Make and pass on a snapshot if it is time for one."""
         now_s = self._wall_s()
         if now_s >= self._next_s:

@@ -16,7 +16,7 @@ REAL = "reached by the stand file’s addresses; nothing there says that it is s
 
 
 @dataclass(frozen=True)
-class Reached:
+class StandOrigin:
     """Whether a stand is a simulated one, or partly so, and how that is known in words."""
 
     simulated: bool
@@ -27,7 +27,7 @@ class Reached:
         return {KEY: self.simulated, HOW_KEY: self.by}
 
 
-def how_reached(stand: Stand, *, started_here: bool, waits: bool) -> Reached:
+def how_reached(stand: Stand, *, started_here: bool, waits: bool) -> StandOrigin:
     """Return whether a stand that is connected is simulated; its controller is asked, nothing is written.
 
     A stand of which only a sensor is known to be simulated counts as simulated: what it measures was not
@@ -48,17 +48,17 @@ def how_reached(stand: Stand, *, started_here: bool, waits: bool) -> Reached:
         If the controller's wire fails.
     """
     if started_here:
-        return Reached(simulated=True, by=STARTED)
+        return StandOrigin(simulated=True, by=STARTED)
     if stand.controller.says_simulated():
-        return Reached(simulated=True, by=OWN_WORD)
+        return StandOrigin(simulated=True, by=OWN_WORD)
     if waits:
-        return Reached(simulated=True, by=WAITS)
+        return StandOrigin(simulated=True, by=WAITS)
     if names := [sensor.facts.name for sensor in stand.sensors if sensor.facts.simulated]:
-        return Reached(simulated=True, by=f"simulated are: {', '.join(names)}")
-    return Reached(simulated=False, by=REAL)
+        return StandOrigin(simulated=True, by=f"simulated are: {', '.join(names)}")
+    return StandOrigin(simulated=False, by=REAL)
 
 
-def mixing(reached: Reached, began_simulated: bool | None) -> str:
+def mixing(reached: StandOrigin, began_simulated: bool | None) -> str:
     """Return why a stand is not the kind of stand on which the campaign's runs were made; empty if it is.
 
     Parameters

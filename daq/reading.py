@@ -74,7 +74,7 @@ class _Heard:
             self.received_s = block.received_s
 
 
-class Reader:
+class StandReader:
     """Reads a stand for a while; may be asked again and again.
 
     Parameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 from bufferstand.daq.guard_kind import Beside, Found, Guard
-from bufferstand.daq.guard_sights import Happening, Recorded, Recording, RunBegun, Sight
+from bufferstand.daq.guard_sights import Happening, Recorded, RecorderState, RunBegun, Sight
 from bufferstand.daq.guard_site import Site
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.margin import Margin
@@ -38,7 +38,7 @@ class RecorderGuard:
         self._renewals, self._durable, self._late_said, self._has_all = 0, -1, False, True
         self._moved_s = self._steady_s()
 
-    def look(self, recorder: Recording, at_s: float) -> list[Trip]:
+    def look(self, recorder: RecorderState, at_s: float) -> list[Trip]:
         """Return what is to be said of it."""
         said: list[Trip] = []
         if recorder.failure is not None:

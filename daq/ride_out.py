@@ -17,7 +17,7 @@ from typing import Protocol
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.drivers.in_use import IN_MOTION
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState
-from bufferstand.drivers.leeway import RESERVE_S, Leeway
+from bufferstand.drivers.leeway import RESERVE_S, OutageLimit
 
 RETRY_S = 0.05
 """From one try to reach the controller to the next at least [s of the wall]."""
@@ -58,7 +58,7 @@ class Outage:
     commanding: bool = False
 
 
-class Reached(Protocol):
+class ReachedController(Protocol):
     """What is done with the controller when an outage may be over
     (:class:`bufferstand.daq.acquisition.Acquisition`)."""
 
@@ -85,7 +85,7 @@ class Reached(Protocol):
         ...
 
 
-class RideOut:
+class OutageHandler:
     """Decides whether an outage is ridden out, and whether what is found behind it fits.
 
     Parameters
@@ -103,7 +103,7 @@ class RideOut:
 
     def __init__(
         self,
-        leeway: Leeway,
+        leeway: OutageLimit,
         other_writer: Callable[[], int | None],
         ask_anew: Callable[[], str],
         time_of_day: Callable[[], float],
@@ -122,7 +122,7 @@ class RideOut:
         heard_s: float,
         wall_s: float,
         status: ControllerStatus | None,
-        reached: Reached,
+        reached: ReachedController,
         *,
         commanding: bool,
     ) -> None:
@@ -242,7 +242,7 @@ class RideOut:
             "off and nothing moves: it is asked on"
         )
 
-    def come_back(self, reached: Reached, wall_s: Callable[[], float], at_s: float) -> Trip:
+    def come_back(self, reached: ReachedController, wall_s: Callable[[], float], at_s: float) -> Trip:
         """Try to reach the controller; return what is to be said or done about an outage that is over.
 
         Raises
@@ -284,7 +284,7 @@ class RideOut:
         )
         return self._end(Trip("outage", Action.NOTE, text, at_s, value=out_s, unit="s"))
 
-    def _note(self, outage: Outage, out_s: float, reached: Reached, at_s: float) -> Trip:
+    def _note(self, outage: Outage, out_s: float, reached: ReachedController, at_s: float) -> Trip:
         read, lost = reached.seen - outage.samples, reached.overwritten - outage.lost
         text = (
             f"{out_s:.1f} s without the controller at {outage.at}: {read} samples were read later, "

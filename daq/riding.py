@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.ride_out import RideOut
-from bufferstand.drivers.leeway import Leeway
+from bufferstand.daq.ride_out import OutageHandler
+from bufferstand.drivers.leeway import OutageLimit
 from bufferstand.protocols.guard_table import GuardTable
 
 
 def rides_of(
     acquisition: Acquisition, watchdog_s: float, table: GuardTable, ask_anew: Callable[[], str]
-) -> RideOut:
+) -> OutageHandler:
     """Return what decides of an acquisition's outages.
 
     Parameters
@@ -25,8 +25,8 @@ def rides_of(
     table : GuardTable
         ``[guards]`` in force.
     ask_anew : callable
-        Looks at the stand as at a start (:meth:`bufferstand.daq.anew.Anew.look`).
+        Looks at the stand as at a start (:meth:`bufferstand.daq.anew.StandRecheck.look`).
     """
     controller = acquisition.stand.controller
-    leeway = Leeway(watchdog_s, table.controller_silence_s, controller.facts.clock == "device")
-    return RideOut(leeway, controller.other_writer, ask_anew, time.time)
+    leeway = OutageLimit(watchdog_s, table.controller_silence_s, controller.facts.clock == "device")
+    return OutageHandler(leeway, controller.other_writer, ask_anew, time.time)

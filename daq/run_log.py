@@ -9,13 +9,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.complaints import Complaints
-from bufferstand.daq.guard_sights import Recording
+from bufferstand.daq.complaints import SensorMessages
+from bufferstand.daq.guard_sights import RecorderState
 from bufferstand.drivers.interfaces import SensorFault
 from bufferstand.foundation.clock import Clock
 
 
-class Recorder(Recording, Protocol):
+class BlockRecorder(RecorderState, Protocol):
     """Where the raw blocks of a run go (:class:`bufferstand.recording.writer.RunRecorder`)."""
 
     def append(
@@ -53,19 +53,19 @@ class RunLog:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._recorder: Recorder | None = None
-        self._complaints = Complaints()
+        self._recorder: BlockRecorder | None = None
+        self._complaints = SensorMessages()
         self._aside: list[str] = []
         self._last_aside = ""
         self._doubts: list[tuple[float, str, str, dict[str, object]]] = []
         """What was said of the wiring while nothing was recorded: it belongs into the next run."""
 
     @property
-    def recorder(self) -> Recorder | None:
+    def recorder(self) -> BlockRecorder | None:
         """Return the recorder of the run under way."""
         return self._recorder
 
-    def attach(self, recorder: Recorder) -> None:
+    def attach(self, recorder: BlockRecorder) -> None:
         """Write into this run from now on, beginning with the doubts that were waiting for one."""
         self._complaints.end()
         self._recorder = recorder
@@ -74,7 +74,7 @@ class RunLog:
             now_s = self._clock.now_s()
             recorder.event(now_s, kind, text, **data, before_s=round(now_s - at_s, 3))
 
-    def detach(self) -> Recorder | None:
+    def detach(self) -> BlockRecorder | None:
         """Write into it no longer, once complaints are counted in it; return the recorder, not closed."""
         for stream, text in self._complaints.end():
             self.say("sensor", text, stream=stream)

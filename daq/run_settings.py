@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bufferstand.daq.driving import Patience
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.driving import MotionTimeLimit
+from bufferstand.daq.pace import LoopPace
 from bufferstand.protocols.guard_table import GuardTable
 
 
@@ -36,8 +36,8 @@ class RunSettings:
     """
 
     guards: GuardTable | None = None
-    pace: Pace = field(default_factory=Pace)
-    patience: Patience = field(default_factory=Patience)
+    pace: LoopPace = field(default_factory=LoopPace)
+    patience: MotionTimeLimit = field(default_factory=MotionTimeLimit)
     cool_limit_s: float = 4.0 * 3600.0
     waited_for: bool = False
     says_it_waits: bool = False

@@ -14,13 +14,13 @@ from bufferstand.daq.begun import begun, with_doubt, with_stand
 from bufferstand.daq.control import listening
 from bufferstand.daq.controller_guard import FORCE_LIMIT_FAULT, fault_text
 from bufferstand.daq.driving import Halt
-from bufferstand.daq.first_stroke import Acquaintance
+from bufferstand.daq.first_stroke import SpecimenKnowledge
 from bufferstand.daq.folder import CampaignFolder, CampaignRecord, CampaignStatus
 from bufferstand.daq.guards import Trip, run_status
-from bufferstand.daq.heat_log import Seen
-from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.heat_log import StepHeat
+from bufferstand.daq.metadata import CampaignMetadata
 from bufferstand.daq.monitor.publisher import publishing
-from bufferstand.daq.progress import Both, ProgressSink, Silent
+from bufferstand.daq.progress import ProgressSink, SilentSink, TwoSinks
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.safe_stop import SafeStopReport
 from bufferstand.daq.session import RecorderMaker, Session
@@ -80,7 +80,7 @@ def run_campaign(
     stand: Stand,
     clock: Clock,
     out_dir: Path,
-    facts: CampaignFacts,
+    facts: CampaignMetadata,
     *,
     progress: ProgressSink | None = None,
     stop_request: StopRequest | None = None,
@@ -130,9 +130,9 @@ def run_campaign(
     """
     folder = CampaignFolder(out_dir)
     request = stop_request or StopRequest()
-    own = progress or Silent()
+    own = progress or SilentSink()
     with listening(folder.path, request), publishing(folder.path, own.message) as publisher:
-        shown = Both(own, publisher)
+        shown = TwoSinks(own, publisher)
         try:
             for path in seal_orphans(folder.runs):
                 shown.message(f"recovered {path.name}: the program had ended while it was recorded")
@@ -170,13 +170,13 @@ def run_campaign(
             predictor,
         )
         outcome = _Campaign(
-            plan, folder, record, session, request, agenda, Acquaintance(plan, predictor)
+            plan, folder, record, session, request, agenda, SpecimenKnowledge(plan, predictor)
         ).run()
         publisher.end(outcome.status, outcome.reason)
         return outcome
 
 
-def _known(folder: CampaignFolder, record: CampaignRecord, facts: CampaignFacts) -> list[Observation]:
+def _known(folder: CampaignFolder, record: CampaignRecord, facts: CampaignMetadata) -> list[Observation]:
     """Return what an earlier start saw of the specimen: from its lines, and from runs that left none."""
     rows = read_as_run(folder.path)
     found = [seen for row in rows if (seen := row.observation()) is not None]
@@ -197,7 +197,7 @@ class _Campaign:
         session: Session,
         request: StopRequest,
         agenda: Agenda,
-        acquaintance: Acquaintance,
+        acquaintance: SpecimenKnowledge,
     ) -> None:
         self._agenda = agenda
         self._acquaintance = acquaintance
@@ -344,7 +344,7 @@ class _Campaign:
 
     def _learn(self, step: PlannedStep, *, complete: bool, run: str = "") -> None:
         """Learn from a step or a part of it, and keep it as it was run."""
-        seen: Seen | None = self._session.seen
+        seen: StepHeat | None = self._session.seen
         if seen is None or not self._learns:
             return
         row = self._agenda.done(step, seen, self._session.cycles_done, complete=complete, run=run)

@@ -16,7 +16,7 @@ from typing import Literal, TypeVar
 
 from bufferstand.daq.release_bound import ReleaseBound
 from bufferstand.daq.signals import signals_held_back
-from bufferstand.daq.stop_eyes import Blind, Eyes
+from bufferstand.daq.stop_eyes import ControllerReadingOnly, StopObserver
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge
@@ -135,14 +135,14 @@ class SafeStop:
         settings: SafeStopSettings,
         pump: Callable[[], object] = lambda: None,
         *,
-        eyes: Eyes | None = None,
+        eyes: StopObserver | None = None,
         emergency: Callable[[], bool] = lambda: False,
     ) -> None:
         self._controller = controller
         self._clock = clock
         self._settings = settings
         self._pump = pump
-        self._eyes = eyes or Blind()
+        self._eyes = eyes or ControllerReadingOnly()
         self._sees = eyes is not None
         self._emergency = emergency
         self._report: SafeStopReport | None = None

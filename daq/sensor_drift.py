@@ -41,7 +41,7 @@ KEPT_S = 900.0
 
 
 @dataclass(frozen=True)
-class Drift:
+class SensorTrend:
     """One sensor: its level [°C] at ``at_s`` [s] and how fast it moves [K/s], by a line through its readings.
 
     ``middle_C`` and ``middle_s`` are where the line is known best.
@@ -59,7 +59,7 @@ class Drift:
 
 
 @dataclass(frozen=True)
-class Lag:
+class SensorLag:
     """How far sensors lag behind the spring, with standard uncertainty [s], and how fast it cools [K/s]."""
 
     lag_s: float
@@ -72,7 +72,7 @@ class Lag:
         return self.lag_s + self.doubt_s
 
 
-class SensorDrift:
+class SensorTrends:
     """Watches the sensors that touch the specimen.
 
     Parameters
@@ -86,7 +86,7 @@ class SensorDrift:
     def __init__(self, readings: Callable[[], Mapping[str, float]], streams: frozenset[str]) -> None:
         self._readings = readings
         self._kept: dict[str, deque[tuple[float, float]]] = {name: deque() for name in streams}
-        self._rest: dict[str, list[Drift]] = {}
+        self._rest: dict[str, list[SensorTrend]] = {}
         self._rests_since_s: float | None = None
         self.now_s = 0.0
         """Time of the newest reading [s]."""
@@ -94,7 +94,7 @@ class SensorDrift:
         """The highest reading so far [°C]."""
         self.seen = 0
         """How many readings have come."""
-        self._found: tuple[int, float, tuple[Drift | None, ...]] = (-1, -np.inf, ())
+        self._found: tuple[int, float, tuple[SensorTrend | None, ...]] = (-1, -np.inf, ())
 
     def take(self, block: ScaledBlock) -> None:
         """Take a sensor's readings; blocks of anything else are not looked at."""
@@ -120,7 +120,7 @@ class SensorDrift:
         """Something moves."""
         self._rests_since_s = None
 
-    def drifts(self, since_s: float = -np.inf) -> tuple[Drift, ...] | None:
+    def drifts(self, since_s: float = -np.inf) -> tuple[SensorTrend, ...] | None:
         """Return how each sensor moves, by readings after ``since_s``; None as long as one has too few."""
         if self._found[:2] != (self.seen, since_s):  # it is asked after every pass, and readings are rare
             lines = tuple(self._line(name, since_s) for name in self._kept)
@@ -129,15 +129,15 @@ class SensorDrift:
         known = tuple(drift for drift in found if drift is not None)
         return known if len(known) == len(found) and known else None
 
-    def learn(self, before: Lag) -> Lag:
+    def learn(self, before: SensorLag) -> SensorLag:
         """Return what the rest under way says of lag and cooling, with what was believed before it."""
         found = [_relaxation(drifts, before) for drifts in self._rest.values() if len(drifts) > 1]
         if not found:
             return before
         mean = np.mean(np.array([(one.lag_s, one.doubt_s, one.cooling_K_per_s) for one in found]), axis=0)
-        return Lag(*(float(value) for value in mean))
+        return SensorLag(*(float(value) for value in mean))
 
-    def _line(self, name: str, since_s: float) -> Drift | None:
+    def _line(self, name: str, since_s: float) -> SensorTrend | None:
         """Return the line through a sensor's last readings; None where they are too few."""
         kept = self._kept[name]
         recent = [one for one in kept if one[0] > since_s]
@@ -151,10 +151,10 @@ class SensorDrift:
         apart = time_s - middle_s
         slope = float(apart @ (value_C - middle_C) / (apart @ apart))
         at_s = float(time_s[-1])
-        return Drift(at_s, middle_C + slope * (at_s - middle_s), slope, middle_s, middle_C)
+        return SensorTrend(at_s, middle_C + slope * (at_s - middle_s), slope, middle_s, middle_C)
 
 
-def _relaxation(drifts: list[Drift], before: Lag) -> Lag:
+def _relaxation(drifts: list[SensorTrend], before: SensorLag) -> SensorLag:
     """Return lag and cooling by the lines through a sensor's readings at rest and by what was believed."""
     time_s = np.array([drift.middle_s - drifts[0].middle_s for drift in drifts])
     slope = np.array([drift.slope_K_per_s for drift in drifts])
@@ -165,10 +165,10 @@ def _relaxation(drifts: list[Drift], before: Lag) -> Lag:
     if cooling_K_per_s < 0.0:  # nothing heats it at rest: a rise is the lag
         lag_s, doubt_s, cooling_K_per_s = *_solved(terms[:, :2], value_K / line_K, before)[:2], 0.0
     lag_s = float(np.clip(lag_s, *LAGS_S))
-    return Lag(lag_s, max(doubt_s, LEAST_DOUBT * lag_s), cooling_K_per_s)
+    return SensorLag(lag_s, max(doubt_s, LEAST_DOUBT * lag_s), cooling_K_per_s)
 
 
-def _solved(terms: Floats, right: Floats, before: Lag) -> tuple[float, float, float]:
+def _solved(terms: Floats, right: Floats, before: SensorLag) -> tuple[float, float, float]:
     """Return lag, its uncertainty and the cooling by least squares with what was believed as observations."""
     believed = np.array([[0.0, 1.0 / before.doubt_s, 0.0], [0.0, 0.0, 1.0 / COOLING_K_PER_S]])
     rows = np.vstack((terms, believed[: terms.shape[1] - 1, : terms.shape[1]]))

@@ -9,30 +9,30 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.daq.agenda import Agenda
-from bufferstand.daq.alive import Alive
+from bufferstand.daq.alive import ConnectedStand
 from bufferstand.daq.crests import prepare
 from bufferstand.daq.driving import Halt
 from bufferstand.daq.guards import Action, Trip, run_status
-from bufferstand.daq.heat_log import LATE_S, HeatLog, Seen
-from bufferstand.daq.metadata import CampaignFacts, run_document
+from bufferstand.daq.heat_log import LATE_S, HeatLog, StepHeat
+from bufferstand.daq.metadata import CampaignMetadata, run_document
 from bufferstand.daq.opening import Opening, expired_today, guards_of, trip_at
-from bufferstand.daq.passes import Passes
+from bufferstand.daq.passes import LoopPasses
 from bufferstand.daq.polled_periods import PolledPeriods
 from bufferstand.daq.progress import ProgressSink, Watcher
-from bufferstand.daq.reached import Reached
-from bufferstand.daq.run_log import Recorder
+from bufferstand.daq.reached import StandOrigin
+from bufferstand.daq.run_log import BlockRecorder
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.safe_stop import SafeStopReport
-from bufferstand.daq.showing import Showing, phase_of
+from bufferstand.daq.showing import CampaignDisplay, phase_of
 from bufferstand.daq.signals import StopRequest
 from bufferstand.daq.stand_use import give_back, rests_long
 from bufferstand.daq.start_band import begins_with_a_wait, say_beginning, too_cold
-from bufferstand.daq.stroke_agreement import Terms
+from bufferstand.daq.stroke_agreement import StrokeCommandSettings
 from bufferstand.daq.stroke_keeping import NOW_NAME, StrokeKeeper
 from bufferstand.daq.stroke_rows import add_strokes
-from bufferstand.daq.stroke_terms import SessionVoice, terms_for
+from bufferstand.daq.stroke_terms import SessionMessages, terms_for
 from bufferstand.daq.temperature_guard import TemperatureGuard
-from bufferstand.daq.warmed import Warmed
+from bufferstand.daq.warmed import WarmUpOutcome
 from bufferstand.daq.warming import warm_up
 from bufferstand.daq.zero_limits import BEYOND_MM
 from bufferstand.daq.zeroing import LATE_S as LATE_FORCE_S
@@ -44,7 +44,7 @@ from bufferstand.protocols.plan import Plan
 from bufferstand.protocols.prediction import Predictor
 from bufferstand.protocols.steps import Motion, PlannedStep, TouchOff
 
-RecorderMaker = Callable[[Path, str, Mapping[str, Any]], Recorder]
+RecorderMaker = Callable[[Path, str, Mapping[str, Any]], BlockRecorder]
 """Makes the recorder of a run in a folder, under an id, with its metadata document."""
 
 
@@ -83,7 +83,7 @@ class Session:
         agenda: Agenda,
         stand: Stand,
         clock: Clock,
-        facts: CampaignFacts,
+        facts: CampaignMetadata,
         progress: ProgressSink,
         request: StopRequest,
         settings: RunSettings,
@@ -96,11 +96,11 @@ class Session:
         self._stand = stand
         self._clock = clock
         self._facts = facts
-        self._showing = Showing(plan, agenda, clock, progress)
+        self._showing = CampaignDisplay(plan, agenda, clock, progress)
         self._settings = settings
         self._make_recorder = recorder
         self._notes = notes
-        self._passes = Passes(clock, self._showing, request, notes, watcher)
+        self._passes = LoopPasses(clock, self._showing, request, notes, watcher)
         self._opening = Opening(
             plan,
             stand,
@@ -115,14 +115,14 @@ class Session:
             watcher,
             predictor,
         )
-        self._alive: Alive | None = None
+        self._alive: ConnectedStand | None = None
         self._polled: PolledPeriods | None = None
-        self._terms: Terms | None = None
+        self._terms: StrokeCommandSettings | None = None
         self._keeper: StrokeKeeper | None = None
         self._off: list[int] = []
         self._forces_off: list[int] = []
-        self._warmed: Warmed | None = None
-        self.seen: Seen | None = None
+        self._warmed: WarmUpOutcome | None = None
+        self.seen: StepHeat | None = None
         """What the last step, or wait for cooling, did to the specimen."""
 
     @property
@@ -131,7 +131,7 @@ class Session:
         return self._alive.driver.cycles_done if self._alive else 0
 
     @property
-    def stand(self) -> tuple[Reached, Identity]:
+    def stand(self) -> tuple[StandOrigin, Identity]:
         """What kind of stand was come to, and who its controller is."""
         alive = self._need()
         return alive.reached, alive.identity
@@ -172,7 +172,7 @@ class Session:
         self._terms = terms_for(self._plan, self._stand, self._notes)
         self._keeper = StrokeKeeper(self._notes, self._terms.knowledge)
         alive.driver.commanding.agree(
-            self._terms, SessionVoice(alive.acquisition, self._showing), self._keep_learned
+            self._terms, SessionMessages(alive.acquisition, self._showing), self._keep_learned
         )
         alive.zeroing.arrived = self._set_limits
         alive.zeroing.ended = self._unload
@@ -302,7 +302,7 @@ class Session:
                 self._showing.message(f"WARNING: {why}")
         return bool(too_warm)
 
-    def _guard(self, step: PlannedStep, *, waiting: bool) -> Alive:
+    def _guard(self, step: PlannedStep, *, waiting: bool) -> ConnectedStand:
         """Let the guards of a step count from now on."""
         alive = self._need()
         self._alive = replace(alive, guards=guards_of(self._plan, step, alive.base, waiting=waiting))
@@ -427,7 +427,7 @@ class Session:
         self._passes.hear_doubts()
         alive.driver.obey()
 
-    def _recorder(self, folder: Path, run_id: str, step: PlannedStep) -> Recorder:
+    def _recorder(self, folder: Path, run_id: str, step: PlannedStep) -> BlockRecorder:
         """Return a run's recorder; where there is no room for one, nothing may move."""
         try:
             return self._make_recorder(folder, run_id, self._document(run_id, step))
@@ -448,7 +448,7 @@ class Session:
             self.seen = replace(log.seen(self._clock.now_s()), warmed=self._warmed)
             self._warmed = None
 
-    def temperatures(self) -> Seen:
+    def temperatures(self) -> StepHeat:
         """Return what the sensors show now; their first readings are waited for a moment.
 
         Raises
@@ -462,7 +462,7 @@ class Session:
             sensors = {guard.stream for guard in alive.guards.of(TemperatureGuard)}
             while sensors - alive.panel.latest_temperatures().keys() and self._clock.now_s() < until_s:
                 alive.driver.pump()
-        return self.seen or Seen(0.0, None, None, None, 0.0)
+        return self.seen or StepHeat(0.0, None, None, None, 0.0)
 
     def meanwhile(self, work: Callable[[], object]) -> BaseException | None:
         """Do something lengthy in a thread while the loop goes on; return what it raised."""
@@ -616,12 +616,12 @@ class Session:
         if is_on:
             self._need().safe_stop.arm()
 
-    def _need_terms(self) -> Terms:
+    def _need_terms(self) -> StrokeCommandSettings:
         if self._terms is None:
             raise RuntimeError("the session is not open")
         return self._terms
 
-    def _need(self) -> Alive:
+    def _need(self) -> ConnectedStand:
         if self._alive is None:
             raise RuntimeError("the session is not open")
         return self._alive

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.agenda import Agenda
-from bufferstand.daq.driving import Driver
+from bufferstand.daq.driving import MotionRunner
 from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.progress import Phase, Progress, ProgressSink, Throttle
+from bufferstand.daq.progress import CampaignProgress, Phase, ProgressSink, Throttle
 from bufferstand.foundation.clock import Clock
 from bufferstand.protocols.plan import Plan
 from bufferstand.protocols.steps import (
@@ -23,7 +23,7 @@ from bufferstand.protocols.steps import (
 from bufferstand.protocols.temperature_limits import limits_of
 
 
-class Showing:
+class CampaignDisplay:
     """Keeps what a snapshot needs beside the newest values, and passes everything on.
 
     Parameters
@@ -79,7 +79,7 @@ class Showing:
     def waiting(self, text: str, left_s: float) -> None:
         """Show that nothing is read yet: what is waited for, and how long it takes at most [s]."""
         began_s = self._clock.now_s() - self._began_s
-        snapshot = Progress(
+        snapshot = CampaignProgress(
             0, len(self._plan.steps), text, self.phase, 0, 0, None, None, {}, None, began_s, left_s
         )
         self._throttle.offer(lambda: snapshot)
@@ -93,22 +93,22 @@ class Showing:
         """Keep a warning for the snapshots of this step."""
         self._warnings.append(text)
 
-    def offer(self, acquisition: Acquisition, driver: Driver) -> None:
+    def offer(self, acquisition: Acquisition, driver: MotionRunner) -> None:
         """Show a snapshot if it is time for one."""
         self._throttle.offer(lambda: self._snapshot(acquisition, driver))
 
-    def now(self, acquisition: Acquisition, driver: Driver) -> None:
+    def now(self, acquisition: Acquisition, driver: MotionRunner) -> None:
         """Show a snapshot in any case."""
         self._sink.update(self._snapshot(acquisition, driver))
 
-    def _snapshot(self, acquisition: Acquisition, driver: Driver) -> Progress:
+    def _snapshot(self, acquisition: Acquisition, driver: MotionRunner) -> CampaignProgress:
         latest, step, done = acquisition.latest, self._step, self.phase == "done"
         agenda = self._agenda
         here_s = 0.0
         if step is not None and not done:
             here_s = max(0.0, self._step_lasts_s - (self._clock.now_s() - self._step_began_s))
         recorder = acquisition.log.recorder
-        return Progress(
+        return CampaignProgress(
             step=step.index if step else 0,
             steps=len(self._plan.steps),
             name=step.name if step else "",

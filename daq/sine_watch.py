@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.crests import Turned
+from bufferstand.daq.crests import StrokeTurns
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.protocols.commanded import Sine
 
@@ -132,9 +132,9 @@ class Period:
         )
 
     @cached_property
-    def turned(self) -> Turned | None:
+    def turned(self) -> StrokeTurns | None:
         """The specimen's turns; None where one is not whole."""
-        return Turned.of(self.since_s, self.values["stroke"])
+        return StrokeTurns.of(self.since_s, self.values["stroke"])
 
     def seen(self) -> CycleSeen | None:
         """Return what the cycle did; None where the command was no steady sine, or too little is on record.
@@ -158,7 +158,7 @@ class Period:
         pure = _basis(phase["command"], 1) @ command[:3]
         if np.abs(values["command"] - pure).max() > PURE_SHARE * amplitude_mm + PURE_MM:
             return None
-        specimen, piston = self.turned, Turned.of(self.since_s, values["position"])
+        specimen, piston = self.turned, StrokeTurns.of(self.since_s, values["position"])
         if specimen is None or piston is None:
             return None
         late_s = self.delays_s.get("force", 0.0) - self.delays_s.get("stroke", 0.0)

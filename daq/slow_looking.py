@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.static_watch import RampWatch, StaticWatch
-from bufferstand.daq.stroke_agreement import Terms
-from bufferstand.daq.stroke_looking import Order
+from bufferstand.daq.stroke_agreement import StrokeCommandSettings
+from bufferstand.daq.stroke_looking import MotionOrder
 from bufferstand.daq.stroke_rows import StrokeRow, static_row
 from bufferstand.protocols.steps import RampTo, StaticCycles
 
@@ -25,7 +25,7 @@ class _AtTheEnd:
         return None
 
 
-class StaticLook(_AtTheEnd):
+class StaticStrokeCheck(_AtTheEnd):
     """Looks at slow strokes to a limit, and learns from them.
 
     Parameters
@@ -37,7 +37,7 @@ class StaticLook(_AtTheEnd):
     order : Order
     """
 
-    def __init__(self, motion: StaticCycles, commanded_mm: float, order: Order) -> None:
+    def __init__(self, motion: StaticCycles, commanded_mm: float, order: MotionOrder) -> None:
         self._order = order
         self._watch = StaticWatch(motion, commanded_mm, order.terms.delays_s)
 
@@ -64,7 +64,7 @@ class StaticLook(_AtTheEnd):
         )
 
 
-class RampLook(_AtTheEnd):
+class RampCheck(_AtTheEnd):
     """Looks at a ramp, and learns how late the piston follows it: of a sine that comes next nothing is known.
 
     Parameters
@@ -73,7 +73,7 @@ class RampLook(_AtTheEnd):
     terms : Terms
     """
 
-    def __init__(self, motion: RampTo, terms: Terms) -> None:
+    def __init__(self, motion: RampTo, terms: StrokeCommandSettings) -> None:
         self._terms, self._watch = terms, RampWatch(motion.speed_mm_per_s)
 
     def take(self, block: ScaledBlock) -> None:

@@ -33,7 +33,7 @@ LONG_REST_S = 10.0
 
 
 @dataclass(frozen=True)
-class Use:
+class StandUse:
     """A stand that is in use.
 
     Parameters
@@ -60,7 +60,7 @@ class Use:
         return "" if self.longest_s is None else f", {max(self.longest_s, 1.0):.0f} s at most"
 
 
-def look_at_use(controller: Controller, most_kN: float) -> Use | None:
+def look_at_use(controller: Controller, most_kN: float) -> StandUse | None:
     """Return what shows that a stand is in use, None if it is free; nothing is commanded or acknowledged.
 
     Parameters
@@ -88,7 +88,7 @@ def look_at_use(controller: Controller, most_kN: float) -> Use | None:
         what = "a motion is under way that this start has not commanded"
     else:
         return None
-    return Use(what, shown, writer, _longest_s(writer, status))
+    return StandUse(what, shown, writer, _longest_s(writer, status))
 
 
 def _longest_s(writer: WriterSeen, status: ControllerStatus) -> float | None:
@@ -118,7 +118,7 @@ def use_trouble(controller: Controller, clock: Clock, most_kN: float) -> str:
     return "" if use is None else _refusal(use, lives=lives(controller, clock, use))
 
 
-def lives(controller: Controller, clock: Clock, use: Use) -> bool:
+def lives(controller: Controller, clock: Clock, use: StandUse) -> bool:
     """Return whether the program that has the stand lives: its process, or heartbeats that go on.
 
     Raises
@@ -139,7 +139,7 @@ def lives(controller: Controller, clock: Clock, use: Use) -> bool:
     return False
 
 
-def _refusal(use: Use, *, lives: bool) -> str:
+def _refusal(use: StandUse, *, lives: bool) -> str:
     if lives:
         return f"{use.what} ({use.shown}), and it lives: wait for its end, or end it, then start again"
     if use.writer.number:

@@ -13,7 +13,7 @@ from bufferstand.daq.as_run import AS_RUN_NAME
 from bufferstand.daq.begun import CHANGES, TRIP, start_facts
 from bufferstand.daq.changes import file_changes
 from bufferstand.daq.folder import CampaignFolder, CampaignRecord, begin_record
-from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.metadata import CampaignMetadata
 from bufferstand.protocols.plan import Plan
 from bufferstand.protocols.steps import Motion, PlannedStep, motions_after
 
@@ -45,7 +45,7 @@ def left_to_do(plan: Plan, before: CampaignRecord | None, folder: Path) -> LeftT
     return tuple(left)
 
 
-def begin(plan: Plan, folder: CampaignFolder, facts: CampaignFacts) -> CampaignRecord:
+def begin(plan: Plan, folder: CampaignFolder, facts: CampaignMetadata) -> CampaignRecord:
     """Take the campaign's files into its folder and note that it begins or goes on.
 
     What an earlier start left that recorded nothing is no part of this one.

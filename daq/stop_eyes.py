@@ -83,8 +83,8 @@ class ForceSeen:
         return f"channel {self.channel}, {zero}{others}{broken}"
 
 
-class Eyes(Protocol):
-    """What the safe stop sees of the samples (:class:`StopEyes`)."""
+class StopObserver(Protocol):
+    """What the safe stop sees of the samples (:class:`SampleObserver`)."""
 
     def told(self) -> None:
         """A command that stops goes out now."""
@@ -115,7 +115,7 @@ class Eyes(Protocol):
         ...
 
 
-class Blind:
+class ControllerReadingOnly:
     """Without samples: the controller's own reading is all there is."""
 
     def told(self) -> None:
@@ -144,7 +144,7 @@ class Blind:
         return None
 
 
-class StopEyes:
+class SampleObserver:
     """Looks at the samples for the safe stop.
 
     Parameters

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_steps import Bounds
+from bufferstand.daq.stroke_steps import StrokeBounds
 from bufferstand.protocols.stroke_table import StrokeTable
 
 
-class Voice(Protocol):
+class StrokeMessages(Protocol):
     """Who puts a fact into the run, and who shows a line that must not be missed."""
 
     def event(self, kind: str, text: str, **data: object) -> None:
@@ -27,7 +27,7 @@ class Voice(Protocol):
         ...
 
 
-class Mute:
+class NoMessages:
     """Says nothing."""
 
     def event(self, kind: str, text: str, **data: object) -> None:
@@ -41,7 +41,7 @@ class Mute:
 
 
 @dataclass(frozen=True)
-class Terms:
+class StrokeCommandSettings:
     """By what strokes are commanded in a campaign.
 
     Parameters
@@ -58,11 +58,11 @@ class Terms:
 
     table: StrokeTable
     knowledge: StrokeKnowledge
-    bounds: Bounds
+    bounds: StrokeBounds
     delays_s: Mapping[str, float]
 
 
-class Once:
+class WarnOnce:
     """Says each warning once, in the run and aloud.
 
     Parameters
@@ -70,7 +70,7 @@ class Once:
     voice : Voice
     """
 
-    def __init__(self, voice: Voice) -> None:
+    def __init__(self, voice: StrokeMessages) -> None:
         self._voice = voice
         self._said: set[str] = set()
 

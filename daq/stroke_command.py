@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from bufferstand.daq.cycles_judged import CLOSE_PERCENT
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_steps import Bounds, within_force
+from bufferstand.daq.stroke_steps import StrokeBounds, within_force
 from bufferstand.protocols.commanded import Sine, piston_sine
-from bufferstand.protocols.steps import Harmonic, MotionEstimate, PlannedStep, Turns
+from bufferstand.protocols.steps import ExpectedTurns, Harmonic, MotionEstimate, PlannedStep
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class CommandedSine:
 
 
 @dataclass(frozen=True)
-class Loading:
+class FirstLoading:
     """What the first loading of a sine brings.
 
     Parameters
@@ -48,10 +48,10 @@ class Loading:
 
 def commanded_sine(
     motion: Harmonic,
-    expected: Turns | None,
-    loading: Loading,
+    expected: ExpectedTurns | None,
+    loading: FirstLoading,
     known: StrokeKnowledge,
-    bounds: Bounds,
+    bounds: StrokeBounds,
 ) -> CommandedSine:
     """Return the piston's sine for a specimen's.
 
@@ -94,7 +94,9 @@ def commanded_sine(
     return CommandedSine(kept, allowed, tuple(said))
 
 
-def uncompensated_sine(motion: Harmonic, expected: Turns | None, known: StrokeKnowledge) -> CommandedSine:
+def uncompensated_sine(
+    motion: Harmonic, expected: ExpectedTurns | None, known: StrokeKnowledge
+) -> CommandedSine:
     """Return what a sine that is asked of the piston makes the specimen do, by what was learned.
 
     The forces are the model's at the turns that the plan expects, by the factors that were learned.
@@ -107,13 +109,15 @@ def uncompensated_sine(motion: Harmonic, expected: Turns | None, known: StrokeKn
     return CommandedSine(piston, Sine.between(lower_mm, made.upper_mm - give * upper_kN))
 
 
-def first_loading(step: PlannedStep | None, motion: Harmonic, estimate: MotionEstimate | None) -> Loading:
+def first_loading(
+    step: PlannedStep | None, motion: Harmonic, estimate: MotionEstimate | None
+) -> FirstLoading:
     """Return how much more force the first loading brings than the cycles it is commanded by, by the plan."""
     expected = None if estimate is None else estimate.usual_turns(motion.cycles)
     if step is None or estimate is None or expected is None or step.expected_peak_force_kN is None:
-        return Loading()
+        return FirstLoading()
     top = None if estimate.changes is None else estimate.changes.top_kN_per_mm
     furthest_mm = max(one.turns.upper_mm for one in step.estimates if one.turns is not None)
     if estimate.turns is None or estimate.turns.upper_mm < furthest_mm or expected.upper_kN <= 0.0:
-        return Loading(1.0, top)  # the step's peak is that of another motion
-    return Loading(max(1.0, step.expected_peak_force_kN / expected.upper_kN), top)
+        return FirstLoading(1.0, top)  # the step's peak is that of another motion
+    return FirstLoading(max(1.0, step.expected_peak_force_kN / expected.upper_kN), top)

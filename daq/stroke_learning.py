@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from bufferstand.daq.sine_watch import CycleSeen
 from bufferstand.daq.static_watch import LEAST_KN, SlowStroke
 from bufferstand.daq.stroke_loop import fitted_loop
-from bufferstand.protocols.steps import Turns
+from bufferstand.protocols.steps import ExpectedTurns
 
 Floats = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ class StrokeKnowledge:
 
     # --- learning -----------------------------------------------------------------------------------
 
-    def take(self, cycle: CycleSeen, expected: Turns | None) -> list[str]:
+    def take(self, cycle: CycleSeen, expected: ExpectedTurns | None) -> list[str]:
         """Learn from a cycle.
 
         Parameters
@@ -126,7 +126,7 @@ class StrokeKnowledge:
         self._turns = self._turns[-REMEMBERED:]
         return self._doubts(cycle.frequency_Hz)
 
-    def take_slow(self, slow: SlowStroke, expected: Turns | None) -> list[str]:
+    def take_slow(self, slow: SlowStroke, expected: ExpectedTurns | None) -> list[str]:
         """Learn from slow strokes: the machine, how late the piston follows, and the force at their top.
 
         Of a specimen that nobody has seen unload to a turn, the force there is taken to have changed as that
@@ -234,7 +234,7 @@ class StrokeKnowledge:
         gain = 1.0 / abs(self._inverse(frequency_Hz))
         return gain if GAIN_RANGE[0] <= gain <= GAIN_RANGE[1] else 1.0
 
-    def forces(self, lower_mm: float, upper_mm: float, expected: Turns | None) -> tuple[float, float]:
+    def forces(self, lower_mm: float, upper_mm: float, expected: ExpectedTurns | None) -> tuple[float, float]:
         """Return the forces [kN] at the turns of a sine: the model's by the factors, or as remembered."""
         if expected is not None:
             return self._factors[0] * expected.lower_kN, self._factors[1] * expected.upper_kN
@@ -247,14 +247,14 @@ class StrokeKnowledge:
         furthest_mm = max(LEAST_MM, *(stroke for stroke, _ in self._turns))
         return U_FACTOR + U_SHAPE * max(0.0, math.log(stroke_mm / furthest_mm))
 
-    def change_kN(self, now: Turns | None, then: Turns | None) -> tuple[float, float]:  # noqa: N802
+    def change_kN(self, now: ExpectedTurns | None, then: ExpectedTurns | None) -> tuple[float, float]:  # noqa: N802
         """Return by how much the forces at the turns change from one cycle to another [kN]."""
         if now is None or then is None:
             return 0.0, 0.0
         lower, upper = self._factors
         return lower * (then.lower_kN - now.lower_kN), upper * (then.upper_kN - now.upper_kN)
 
-    def force(self, stroke_mm: float, expected: Turns | None) -> float:
+    def force(self, stroke_mm: float, expected: ExpectedTurns | None) -> float:
         """Return the force [kN] of a compression to a stroke."""
         return self.forces(0.0, stroke_mm, expected)[1]
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bufferstand.daq.crests import Turned
-from bufferstand.daq.cycles_judged import CyclesJudged
-from bufferstand.daq.full_cycles import Change, FullCycle, FullCycles
+from bufferstand.daq.crests import StrokeTurns
+from bufferstand.daq.cycles_judged import CycleChecks
+from bufferstand.daq.full_cycles import FullCycle, FullCycles, SineChange
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.sine_watch import CycleSeen, Period, SineWatch
-from bufferstand.daq.stroke_agreement import Once, Terms, Voice
+from bufferstand.daq.stroke_agreement import StrokeCommandSettings, StrokeMessages, WarnOnce
 from bufferstand.daq.stroke_rows import StrokeRow, harmonic_row
 from bufferstand.daq.stroke_steps import corrected
 from bufferstand.drivers.interfaces import Controller
 from bufferstand.foundation.errors import CommandRejected
 from bufferstand.protocols.commanded import Sine
-from bufferstand.protocols.steps import Harmonic, Turns
+from bufferstand.protocols.steps import ExpectedTurns, Harmonic
 
 LEAST_LEFT = 2
 """Cycles that are left when a sine is changed: it goes over in the first, and the second shows it."""
@@ -31,7 +31,7 @@ ABOVE_SHARE = 0.002
 
 
 @dataclass(frozen=True)
-class Order:
+class MotionOrder:
     """What is told of a motion, beside the motion itself.
 
     Parameters
@@ -46,14 +46,14 @@ class Order:
         Whether it is the specimen's stroke that is asked for.
     """
 
-    terms: Terms
-    voice: Voice
-    once: Once
-    expected_of: Callable[[int], Turns | None]
+    terms: StrokeCommandSettings
+    voice: StrokeMessages
+    once: WarnOnce
+    expected_of: Callable[[int], ExpectedTurns | None]
     compensates: bool
 
 
-class SineLook:
+class SineCorrector:
     """Looks at a sine, learns from its cycles, and corrects it where that can be done.
 
     Parameters
@@ -69,20 +69,20 @@ class SineLook:
     """
 
     def __init__(
-        self, motion: Harmonic, command: Sine, order: Order, controller: Controller, zero_mm: float
+        self, motion: Harmonic, command: Sine, order: MotionOrder, controller: Controller, zero_mm: float
     ) -> None:
         self._motion, self._order, self._controller, self._zero_mm = motion, order, controller, zero_mm
         self._asked = Sine(motion.mean_mm, motion.amplitude_mm)
         self._first_command = self._command = command
         self._watch = SineWatch(motion.frequency_Hz, order.terms.delays_s)
         self._cycles = FullCycles(self._watch, command.amplitude_mm, motion.cycles)
-        self._change = Change()
+        self._change = SineChange()
         self._open: tuple[FullCycle, bool] | None = None
         self._late: list[float] = []
         self._newest: CycleSeen | None = None
         self._counted = 0
         self._warned = self._above_force = self._over = False
-        self._judged = CyclesJudged(self._asked, order.terms.table)
+        self._judged = CycleChecks(self._asked, order.terms.table)
 
     def take(self, block: ScaledBlock) -> None:
         """Keep a block of the controller's samples."""
@@ -127,7 +127,7 @@ class SineLook:
         self._watch.forget_before(cycle.begin_us + 0.5 * self._watch.period_us)
         return True
 
-    def _take(self, number: int, period: Period, turned: Turned, *, goes_over: bool) -> None:
+    def _take(self, number: int, period: Period, turned: StrokeTurns, *, goes_over: bool) -> None:
         """Keep what a cycle reached, and learn from it where its command was steady."""
         self._judged.take(number, turned.sine, turned.u_mm, goes_over=goes_over)
         if not goes_over and (seen := period.seen()) is not None:

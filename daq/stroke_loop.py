@@ -30,7 +30,7 @@ U_GAIN, U_PHASE, U_PHASE_SHARE = 0.001, 0.005, 0.1
 
 
 @dataclass(frozen=True)
-class Loop:
+class PositionLoop:
     """1/H(f), as above; frequencies in Hz, ``bend`` in 1/Hz², ``lag`` and ``servo`` in 1/Hz."""
 
     level: float
@@ -44,7 +44,7 @@ class Loop:
         return loop * complex(1.0, self.servo * frequency_Hz)
 
 
-def fitted_loop(responses: Mapping[float, complex], slow_lag_s: float) -> Loop:
+def fitted_loop(responses: Mapping[float, complex], slow_lag_s: float) -> PositionLoop:
     """Return the loop that fits best; what one frequency cannot show is that of a well-set loop.
 
     The gain is what is asked of it and is known best; the phase tells the damping, and is late by what the
@@ -60,12 +60,14 @@ def fitted_loop(responses: Mapping[float, complex], slow_lag_s: float) -> Loop:
     lags = [one.imag / frequency for frequency, one in responses.items()]
     lags += [2.0 * math.pi * slow_lag_s] * (slow_lag_s > 0.0)
     if not lags:
-        return Loop(1.0, 0.0, 0.0, 0.0)
+        return PositionLoop(1.0, 0.0, 0.0, 0.0)
     both = max(min(lags), 1e-6)
-    begin = Loop(1.0, _usual_bend((1.0 - SERVO_SHARE) * both), (1.0 - SERVO_SHARE) * both, SERVO_SHARE * both)
+    begin = PositionLoop(
+        1.0, _usual_bend((1.0 - SERVO_SHARE) * both), (1.0 - SERVO_SHARE) * both, SERVO_SHARE * both
+    )
 
     def missed(found: np.ndarray) -> list[float]:
-        loop = Loop(*found.tolist())
+        loop = PositionLoop(*found.tolist())
         rows = [(loop.level - 1.0) / U_STATIC_GAIN]
         rows.append((loop.bend - _usual_bend(loop.lag)) / (U_BEND_SHARE * begin.bend + 1e-6))
         rows.append((loop.servo - SERVO_SHARE * (loop.servo + loop.lag)) / (U_SERVO_SHARE * both))
@@ -80,7 +82,7 @@ def fitted_loop(responses: Mapping[float, complex], slow_lag_s: float) -> Loop:
     start = (begin.level, begin.bend, begin.lag, begin.servo)
     if len(missed(np.array(start))) < len(start):
         return begin
-    return Loop(*least_squares(missed, start, method="lm").x.tolist())
+    return PositionLoop(*least_squares(missed, start, method="lm").x.tolist())
 
 
 def _usual_bend(lag: float) -> float:

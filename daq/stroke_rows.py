@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from bufferstand.daq.cycles_judged import CLOSE_MM, CLOSE_PERCENT, CyclesJudged
+from bufferstand.daq.cycles_judged import CLOSE_MM, CLOSE_PERCENT, CycleChecks
 from bufferstand.protocols.commanded import Sine
 from bufferstand.protocols.stroke_table import StrokeTable
 
@@ -159,7 +159,7 @@ def spans(numbers: Sequence[int]) -> str:
 
 
 def harmonic_row(
-    frequency_Hz: float, commanded: tuple[Sine, Sine], judged: CyclesJudged, *, compensated: bool
+    frequency_Hz: float, commanded: tuple[Sine, Sine], judged: CycleChecks, *, compensated: bool
 ) -> StrokeRow:
     """Return the row of a sine.
 

@@ -22,7 +22,7 @@ BELOW_SHARE = 0.002
 
 
 @dataclass(frozen=True)
-class Bounds:
+class StrokeBounds:
     """What a command must keep.
 
     Parameters
@@ -92,7 +92,7 @@ def corrected(
     seen: CycleSeen,
     gain: float,
     give_mm_per_kN: float,
-    bounds: Bounds,
+    bounds: StrokeBounds,
     coming_kN: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Sine, str]:
     """Return the next command [mm, from first contact], and in words what kept it from being a better one.

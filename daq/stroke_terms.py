@@ -5,16 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.showing import Showing
-from bufferstand.daq.stroke_agreement import Terms
+from bufferstand.daq.showing import CampaignDisplay
+from bufferstand.daq.stroke_agreement import StrokeCommandSettings
 from bufferstand.daq.stroke_keeping import learned_in
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_steps import Bounds
+from bufferstand.daq.stroke_steps import StrokeBounds
 from bufferstand.drivers.interfaces import Stand
 from bufferstand.protocols.plan import Plan
 
 
-def terms_for(plan: Plan, stand: Stand, folder: Path) -> Terms:
+def terms_for(plan: Plan, stand: Stand, folder: Path) -> StrokeCommandSettings:
     """Return the terms of a campaign; what an earlier start learned is in its folder.
 
     The piston may go further than the specimen by what the machine, as the stand file states it, gives way
@@ -24,7 +24,9 @@ def terms_for(plan: Plan, stand: Stand, folder: Path) -> Terms:
     wires = [delay for name, delay in delays_s.items() if name.startswith("stroke_")]
     if wires:
         delays_s["stroke"] = sum(wires) / len(wires)
-    return Terms(plan.campaign.content.stroke, knowledge_in(folder, plan), bounds_of(plan), delays_s)
+    return StrokeCommandSettings(
+        plan.campaign.content.stroke, knowledge_in(folder, plan), bounds_of(plan), delays_s
+    )
 
 
 def knowledge_in(folder: Path, plan: Plan) -> StrokeKnowledge:
@@ -35,11 +37,11 @@ def knowledge_in(folder: Path, plan: Plan) -> StrokeKnowledge:
     return knowledge
 
 
-def bounds_of(plan: Plan) -> Bounds:
+def bounds_of(plan: Plan) -> StrokeBounds:
     """Return what no command leaves."""
     limits = plan.limits
     furthest_mm = limits.stroke.value + limits.machine.give_mm_per_kN * limits.force.value
-    return Bounds(
+    return StrokeBounds(
         min(furthest_mm, plan.stand_limits.stroke_max_mm),
         limits.stroke.value,
         limits.force.value,
@@ -47,7 +49,7 @@ def bounds_of(plan: Plan) -> Bounds:
     )
 
 
-class SessionVoice:
+class SessionMessages:
     """Puts facts of the stroke into the run, and shows what must not be missed.
 
     Parameters
@@ -56,7 +58,7 @@ class SessionVoice:
     showing : Showing
     """
 
-    def __init__(self, acquisition: Acquisition, showing: Showing) -> None:
+    def __init__(self, acquisition: Acquisition, showing: CampaignDisplay) -> None:
         self._acquisition = acquisition
         self._showing = showing
 

@@ -12,7 +12,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from bufferstand.daq.progress import Progress, ProgressSink
+from bufferstand.daq.progress import CampaignProgress, ProgressSink
 
 
 def duration(seconds: float) -> str:
@@ -22,7 +22,7 @@ def duration(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-def temperatures(progress: Progress) -> str:
+def temperatures(progress: CampaignProgress) -> str:
     """Return the readings in one line, e.g. ``31.2 · 30.9 °C (stop 40 °C)``."""
     if not progress.temperatures_C:
         return "no reading"
@@ -31,7 +31,7 @@ def temperatures(progress: Progress) -> str:
     return f"{readings} °C{limit}"
 
 
-def panel(progress: Progress) -> Group:
+def panel(progress: CampaignProgress) -> Group:
     """Return the live view of a snapshot: a line of place, a bar of time, the values."""
     head = Text.assemble(
         (f"step {progress.step} of {progress.steps}  ", "bold"),
@@ -56,7 +56,7 @@ def panel(progress: Progress) -> Group:
     return Group(head, time, values, *strokes, *warnings)
 
 
-def _learned(progress: Progress) -> tuple[str, ...]:
+def _learned(progress: CampaignProgress) -> tuple[str, ...]:
     """Return what the specimen taught, and what the first plan says; nothing as long as nothing is known."""
     if not progress.learned_from:
         return ()
@@ -73,7 +73,7 @@ class LiveTerminal:
     def __init__(self, live: Live) -> None:
         self._live = live
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         """Show a snapshot."""
         self._live.update(panel(progress))
 
@@ -88,7 +88,7 @@ class PlainLines:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         """Show nothing: a log is not a display."""
 
     def message(self, text: str) -> None:

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.collected import Collected
+from bufferstand.daq.collected import CollectedSamples
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.driving import Halt
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.scaling import FORCES
 from bufferstand.daq.wiring import doubt_trip
-from bufferstand.daq.wiring.doubt import Doubt
-from bufferstand.daq.wiring.stretch import Stretch
-from bufferstand.daq.wiring.touch import Touch, doubt_of_touch, has_risen, scatter_doubt
+from bufferstand.daq.wiring.doubt import SignalDoubt
+from bufferstand.daq.wiring.stretch import SampleStretch
+from bufferstand.daq.wiring.touch import TouchOutcome, doubt_of_touch, has_risen, scatter_doubt
 from bufferstand.daq.wiring_guard import SignalsGuard
 from bufferstand.drivers.interfaces import EndReason
 
@@ -26,7 +26,7 @@ EXPLAINED = (*FORCES, "zero", "tilt", "stroke", "speed", "following error")
 """Guards whose trips in a touch may be for a wrong wire; those of wiring may have a better reason."""
 
 
-class TouchDoubts:
+class TouchWiringCheck:
     """Doubts the signals of a touch, where the campaign holds them against each other.
 
     Parameters
@@ -41,7 +41,7 @@ class TouchDoubts:
         self._acquisition = acquisition
         self._say = say
 
-    def judge(self, samples: Collected, asked_kN: float) -> None:
+    def judge(self, samples: CollectedSamples, asked_kN: float) -> None:
         """Stop where a touch that was made speaks against a signal; say it where that is only noted.
 
         Raises
@@ -56,7 +56,7 @@ class TouchDoubts:
         self._say(f"WARNING: {trip.reason}")
         self._acquisition.log.say("note", trip.reason, **trip.facts())
 
-    def is_to_come(self, samples: Collected, asked_kN: float) -> bool:
+    def is_to_come(self, samples: CollectedSamples, asked_kN: float) -> bool:
         """Return whether the controller turned, and the force has not risen yet: it may be late."""
         touch = self._touch(samples, asked_kN)
         return touch is not None and touch.turned and not has_risen(touch)
@@ -65,7 +65,7 @@ class TouchDoubts:
         """Return whether a touch was ended by a force that may be late: what follows the stop tells it."""
         return self._acquisition.panel.guard(SignalsGuard) is not None and halt.trip.guard in FORCES
 
-    def explained(self, halt: Halt, samples: Collected, asked_kN: float) -> Halt:
+    def explained(self, halt: Halt, samples: CollectedSamples, asked_kN: float) -> Halt:
         """Return what stopped a touch, with what it says of the wiring where that is why."""
         guard = halt.trip.guard
         if guard not in EXPLAINED and not guard.startswith("wiring of"):
@@ -89,7 +89,7 @@ class TouchDoubts:
         if guard is not None and guard.action is not Action.NOTE:
             raise Halt(self._trip(scatter_doubt(rest, second, given_kN), guard.action))
 
-    def _doubted(self, samples: Collected, asked_kN: float, *, halted: bool = False) -> Trip | None:
+    def _doubted(self, samples: CollectedSamples, asked_kN: float, *, halted: bool = False) -> Trip | None:
         guard = self._acquisition.panel.guard(SignalsGuard)
         touch = self._touch(samples, asked_kN, halted=halted)
         if guard is None or touch is None:
@@ -97,10 +97,12 @@ class TouchDoubts:
         doubt = doubt_of_touch(touch, guard)
         return None if doubt is None else self._trip(doubt, guard.action)
 
-    def _trip(self, doubt: Doubt, action: Action) -> Trip:
+    def _trip(self, doubt: SignalDoubt, action: Action) -> Trip:
         return doubt_trip(doubt, action, self._acquisition.clock.now_s())
 
-    def _touch(self, samples: Collected, asked_kN: float, *, halted: bool = False) -> Touch | None:
+    def _touch(
+        self, samples: CollectedSamples, asked_kN: float, *, halted: bool = False
+    ) -> TouchOutcome | None:
         """Return the touch as its samples show it, each moved by its stated delay; None without a guard."""
         guard = self._acquisition.panel.guard(SignalsGuard)
         if guard is None or len(samples) < 2:
@@ -118,8 +120,8 @@ class TouchDoubts:
         second_s = samples.other_time_s("force_2", device_clock=own_clock)
         second_s = second_s + force_late_s - guard.delays_s.get("force_2", 0.0)
         status = self._acquisition.latest.status
-        return Touch(
-            Stretch(time_s, values, second_s, samples.column("force_2")),
+        return TouchOutcome(
+            SampleStretch(time_s, values, second_s, samples.column("force_2")),
             asked_kN,
             status is not None and status.end_reason is EndReason.FORCE_LIMIT,
             None if status is None else status.force_kN,

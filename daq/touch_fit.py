@@ -74,7 +74,7 @@ class TouchSamples:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ContactReading:
     """A channel at first contact.
 
     Parameters
@@ -97,7 +97,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Contact:
+class TouchContact:
     """First contact as the samples show it.
 
     Parameters
@@ -116,8 +116,8 @@ class Contact:
         Greatest force over the level at rest, in the mean of some samples.
     """
 
-    position: Reading
-    wires: Mapping[str, Reading]
+    position: ContactReading
+    wires: Mapping[str, ContactReading]
     rest_kN: float
     noise_kN: float
     u_rest_kN: float
@@ -125,7 +125,7 @@ class Contact:
     peak_kN: float
 
 
-def find_contact(samples: TouchSamples) -> Contact:
+def find_contact(samples: TouchSamples) -> TouchContact:
     """Return first contact.
 
     Raises
@@ -159,8 +159,8 @@ def find_contact(samples: TouchSamples) -> Contact:
         name: _reading(way[used], _moved(samples, name, values)[used], fit, samples.step.get(name, 0.0))
         for name, values in samples.wires_mm.items()
     }
-    return Contact(
-        position=Reading(fit.place, own, fit.u_place),
+    return TouchContact(
+        position=ContactReading(fit.place, own, fit.u_place),
         wires=wires,
         rest_kN=fit.level,
         noise_kN=fit.noise,
@@ -351,7 +351,7 @@ def _repeats(residuals: FloatArray) -> float:
     return (1.0 + min(max(alike, 0.0), 0.95)) / (1.0 - min(max(alike, 0.0), 0.95))
 
 
-def _reading(way: FloatArray, wire: FloatArray, fit: _Fit, step: float) -> Reading:
+def _reading(way: FloatArray, wire: FloatArray, fit: _Fit, step: float) -> ContactReading:
     """Return a wire at the contact: by a line before it and another behind it, which meet there."""
     before, behind = np.minimum(way - fit.place, 0.0), np.maximum(way - fit.place, 0.0)
     columns = np.column_stack((np.ones_like(way), before, behind))
@@ -361,4 +361,4 @@ def _reading(way: FloatArray, wire: FloatArray, fit: _Fit, step: float) -> Readi
     covariance = np.linalg.pinv(columns.T @ columns, hermitian=True) * scale
     own = float(np.hypot(np.sqrt(max(0.0, covariance[0, 0])), step / np.sqrt(12.0)))
     steepest = min(1.0, max(abs(slope) for slope in slopes))  # no wire moves faster than the piston
-    return Reading(value, own, steepest * fit.u_place)
+    return ContactReading(value, own, steepest * fit.u_place)

@@ -17,7 +17,7 @@ from bufferstand.foundation.settings import place_of, read_text
 from bufferstand.foundation.specimen import Specimen
 from bufferstand.foundation.unguarded import NO_TEMPERATURE_STOP
 from bufferstand.protocols.campaign import Campaign
-from bufferstand.protocols.guard_bounds import Watching
+from bufferstand.protocols.guard_bounds import WatchedSensors
 from bufferstand.protocols.guard_table import GuardTable
 from bufferstand.protocols.plan import Plan
 from bufferstand.protocols.prediction import Predictor
@@ -43,10 +43,10 @@ def thermometers_on_specimen(stand_file: StandFile) -> tuple[str, ...]:
     return () if table is None else tuple(one.name for one in table.sensor if one.role == "specimen")
 
 
-def watching_of(stand_file: StandFile) -> Watching:
+def watching_of(stand_file: StandFile) -> WatchedSensors:
     """Return what the planner must know of a stand's sensors."""
     table = stand_file.temperature
-    return Watching(power_on_C(stand_file), None if table is None else table.period_s)
+    return WatchedSensors(power_on_C(stand_file), None if table is None else table.period_s)
 
 
 def unguarded(plan: Plan, stand_file: StandFile, predictor: Predictor | None = None) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Warmed:
+class WarmUpOutcome:
     """How a warm-up went.
 
     Parameters

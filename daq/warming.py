@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.driving import Driver
-from bufferstand.daq.sensor_drift import SLOPE_NOISE_K_PER_S, WINDOW_S, Drift, Lag, SensorDrift
+from bufferstand.daq.driving import MotionRunner
+from bufferstand.daq.sensor_drift import SLOPE_NOISE_K_PER_S, WINDOW_S, SensorLag, SensorTrend, SensorTrends
 from bufferstand.daq.temperature_guard import TemperatureGuard
-from bufferstand.daq.warmed import Warmed
+from bufferstand.daq.warmed import WarmUpOutcome
 from bufferstand.protocols.evenness import EVEN_LAGS, UNKNOWN_LAG_S, even_within_K, seen_too_late
 from bufferstand.protocols.steps import ForceCycles, Harmonic, Motion, PlannedStep, StaticCycles, Warmth
 
@@ -32,8 +32,12 @@ ENDS_LIKE_CYCLES = 1.0
 
 
 def warm_up(
-    step: PlannedStep, warmth: Warmth, motions: Sequence[Motion], driver: Driver, acquisition: Acquisition
-) -> Warmed:
+    step: PlannedStep,
+    warmth: Warmth,
+    motions: Sequence[Motion],
+    driver: MotionRunner,
+    acquisition: Acquisition,
+) -> WarmUpOutcome:
     """Repeat a step's motions until spring and sensors are as warm as they are to be.
 
     A specimen that is so warm already is not moved; one that is too warm is waited for. The temperature stop
@@ -55,7 +59,7 @@ def warm_up(
     Raises
     ------
     Halt
-        As :meth:`bufferstand.daq.driving.Driver.perform`, and if it takes too many cycles or too long.
+        As :meth:`bufferstand.daq.driving.MotionRunner.perform`, and if it takes too many cycles or too long.
     """
     warming = _Warming(step, warmth, motions, driver, acquisition)
     acquisition.observers.append(warming.drift.take)
@@ -73,7 +77,7 @@ class _Warming:
         step: PlannedStep,
         warmth: Warmth,
         motions: Sequence[Motion],
-        driver: Driver,
+        driver: MotionRunner,
         acquisition: Acquisition,
     ) -> None:
         self._step, self._warmth, self._motions = step, warmth, motions
@@ -82,18 +86,18 @@ class _Warming:
         touching = frozenset(
             guard.stream for guard in panel.guards.of(TemperatureGuard) if guard.resume_C is not None
         )
-        self.drift = SensorDrift(panel.latest_temperatures, touching)
+        self.drift = SensorTrends(panel.latest_temperatures, touching)
         heating = step.heating
         lag_s = None if heating is None else heating.lag_s
         lag_s = UNKNOWN_LAG_S if lag_s is None else max(lag_s, LEAST_LAG_S)
-        self._lag = Lag(lag_s, lag_s)
+        self._lag = SensorLag(lag_s, lag_s)
         self._rise_K = None if heating is None else heating.rise_K
         self._share = MODEL_SHARE
         self._period_s = max(1.0, _period_s(step))
         self._goes = 0
         self._rested_s = 0.0
 
-    def run(self) -> Warmed:
+    def run(self) -> WarmUpOutcome:
         """Go and rest, in turns."""
         self._driver.begin_waiting()
         drifts = self._rest()
@@ -103,7 +107,7 @@ class _Warming:
             self._go(drifts)
             drifts = self._rest()
             self._learn(self._spring_C(drifts) - began_C, self._driver.cycles_done - done)
-        warmed = Warmed(
+        warmed = WarmUpOutcome(
             self._goes,
             self._lag.lag_s if self._goes else None,
             self._rise_K,
@@ -122,7 +126,7 @@ class _Warming:
 
     # --- a rest --------------------------------------------------------------------------------------
 
-    def _rest(self) -> tuple[Drift, ...]:
+    def _rest(self) -> tuple[SensorTrend, ...]:
         """Wait until spring and sensors are even, and not too warm; return how the sensors move then."""
         driver, drift = self._driver, self.drift
         began_s, before = self._acquisition.clock.now_s(), self._lag
@@ -147,18 +151,18 @@ class _Warming:
         self._rested_s += self._acquisition.clock.now_s() - began_s
         return drifts
 
-    def _even(self, drifts: Sequence[Drift], rested_s: float) -> bool:
+    def _even(self, drifts: Sequence[SensorTrend], rested_s: float) -> bool:
         if rested_s >= EVEN_LAGS * self._lag.most_s + WINDOW_S:
             return True
         most_K_per_s = max(even_within_K(self._warmth) / self._lag.most_s, SLOPE_NOISE_K_PER_S)
         return all(abs(drift.slope_K_per_s) <= most_K_per_s for drift in drifts)
 
-    def _there(self, drifts: Sequence[Drift]) -> bool:
+    def _there(self, drifts: Sequence[SensorTrend]) -> bool:
         """Return whether readings and spring are within the band."""
         springs = [drift.spring_C(self._lag.lag_s) for drift in drifts]
         return self._warmth.within(self._readings_C()) and self._warmth.within(springs)
 
-    def _cold(self, drifts: Sequence[Drift]) -> bool:
+    def _cold(self, drifts: Sequence[SensorTrend]) -> bool:
         """Return whether only cycles help: neither reading nor spring is on its way into the band."""
         springs = [drift.spring_C(self._lag.lag_s) for drift in drifts]
         warmest = [max(pair) for pair in zip(springs, (drift.level_C for drift in drifts), strict=True)]
@@ -166,7 +170,7 @@ class _Warming:
 
     # --- a go ----------------------------------------------------------------------------------------
 
-    def _go(self, drifts: Sequence[Drift]) -> None:
+    def _go(self, drifts: Sequence[SensorTrend]) -> None:
         """Cycle until the spring is expected to be there, or as far as what is known of it is believed."""
         self._goes += 1
         done, most = self._driver.cycles_done, self._cycles_to_go(drifts)
@@ -188,7 +192,7 @@ class _Warming:
         for motion, estimate in zip(self._motions, self._step.estimates, strict=True):
             self._driver.perform(motion, max(estimate.duration_s, self._warmth.timeout_s), enough=enough)
 
-    def _cycles_to_go(self, drifts: Sequence[Drift]) -> int | None:
+    def _cycles_to_go(self, drifts: Sequence[SensorTrend]) -> int | None:
         """Return how many cycles the go has at most; None where the slope alone is quick enough."""
         if self._rise_K is None:
             return PROBE_CYCLES
@@ -212,7 +216,7 @@ class _Warming:
         """Where the spring is to be when the cycles end: it cools until the sensors have come there."""
         return self._warmth.temperature_C + self._lag.cooling_K_per_s * self._lag.lag_s
 
-    def _spring_C(self, drifts: Sequence[Drift]) -> float:  # noqa: N802
+    def _spring_C(self, drifts: Sequence[SensorTrend]) -> float:  # noqa: N802
         """Return the spring's temperature behind the sensors: the middle of them, or the warmest."""
         springs = [drift.spring_C(self._lag.lag_s) for drift in drifts]
         return 0.5 * (min(springs) + max(springs)) if self._warmth.every else max(springs)

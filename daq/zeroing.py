@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.collected import Collected
-from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.collected import CollectedSamples
+from bufferstand.daq.driving import Halt, MotionRunner
 from bufferstand.daq.guard_sights import Phase
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.panel import GuardSet
 from bufferstand.daq.scaling import FORCES, STROKE_WIRES
-from bufferstand.daq.touch_doubts import TouchDoubts
-from bufferstand.daq.touch_fit import Contact, NoContactError, TouchSamples, find_contact
+from bufferstand.daq.touch_doubts import TouchWiringCheck
+from bufferstand.daq.touch_fit import NoContactError, TouchContact, TouchSamples, find_contact
 from bufferstand.daq.touch_peak import SLOW_SHARE
 from bufferstand.daq.zero_limits import ZeroLimits, wires_apart, zero_refusal
 from bufferstand.drivers.interfaces import EndReason
@@ -94,7 +94,7 @@ class Zeroing:
     def __init__(
         self,
         acquisition: Acquisition,
-        driver: Driver,
+        driver: MotionRunner,
         table: ZeroTable,
         limits: ZeroLimits,
         *,
@@ -111,7 +111,7 @@ class Zeroing:
         self._catch_up = catch_up
         self._specimen = specimen
         self._operator = operator
-        self._doubts = TouchDoubts(acquisition, say)
+        self._doubts = TouchWiringCheck(acquisition, say)
         self.ended: Callable[[Trip], object] = lambda _: None
         """Called where a force has ended a touch: it unloads, and lets samples come for a moment."""
         self.arrived: Callable[[], object] = lambda: None
@@ -181,7 +181,7 @@ class Zeroing:
         self.use(None)
         clear = self._go_to_piston_zero(asked.force_kN)
         self.arrived()
-        samples, force_kN = Collected(), self._table.touch_force_kN or TOUCH_FORCE_MIN_KN
+        samples, force_kN = CollectedSamples(), self._table.touch_force_kN or TOUCH_FORCE_MIN_KN
         self._acquisition.observers.append(samples.take)
         try:
             own_rest_kN = self._look_at_rest()
@@ -326,7 +326,7 @@ class Zeroing:
 
     def _rest_force(self) -> tuple[float, Forces]:
         """Stand still for a while; return the controller's own mean [kN], and the samples of the forces."""
-        samples = Collected()
+        samples = CollectedSamples()
         self._acquisition.observers.append(samples.take)
         try:
             own_kN = self._look_at_rest()
@@ -384,7 +384,7 @@ class Zeroing:
         facts = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
         return {channel.name: channel for one in facts for channel in one.channels}
 
-    def _zero_of(self, contact: Contact, at_rest: Forces, speed: float, force_kN: float) -> Zero:
+    def _zero_of(self, contact: TouchContact, at_rest: Forces, speed: float, force_kN: float) -> Zero:
         channels = self._channels()
         found: list[ChannelZero] = []
         # In the mean of n wires what they have in common stays whole, what each has of its own goes by √n.
@@ -479,7 +479,7 @@ def step_of(channel: Channel) -> float:
     return abs(float(high - low))
 
 
-def _touch_samples(samples: Collected, channels: dict[str, Channel]) -> TouchSamples:
+def _touch_samples(samples: CollectedSamples, channels: dict[str, Channel]) -> TouchSamples:
     names = [name for name in ("force", "position", *STROKE_WIRES) if name in channels]
     return TouchSamples(
         samples.time_s(),

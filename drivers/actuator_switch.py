@@ -10,7 +10,7 @@ from typing import Any
 from bufferstand.drivers import cia402
 from bufferstand.drivers.interfaces import CommandRejected, DeviceFault
 from bufferstand.drivers.profile import LIMITS
-from bufferstand.drivers.register_panel import FAULT_TEXTS, RegisterPanel
+from bufferstand.drivers.register_panel import FAULT_TEXTS, NamedRegisters
 from bufferstand.drivers.writer_lock import WriterLock
 
 _INTERMEDIATE_S = 0.1
@@ -27,7 +27,7 @@ class ActuatorSwitch:
         The right to give commands.
     """
 
-    def __init__(self, panel: RegisterPanel, lock: WriterLock) -> None:
+    def __init__(self, panel: NamedRegisters, lock: WriterLock) -> None:
         self._panel = panel
         self._lock = lock
         self._limits = panel.profile.span(LIMITS)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from bufferstand.drivers.aed_values import continuous_decoder, single_decoder, status_words
 from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
-from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, StreamValue
+from bufferstand.drivers.serial_line import SerialLine
 from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.foundation.clock import Clock
 
@@ -66,7 +66,7 @@ class AedDialect:
         self._jump = _jump(settings, (settings.aed.ends[1] + 1) / 4)
         self.form = f"values in output format {settings.aed.output}"
 
-    def begin(self, line: Line, complain: Complain) -> Decoder:  # noqa: ARG002 - a Dialect's signature
+    def begin(self, line: SerialLine, complain: Complain) -> Decoder:  # noqa: ARG002 - a Dialect's signature
         """Stop it, ask who it is, set up format and rate, read them back, start it.
 
         Raises
@@ -100,13 +100,13 @@ class AedDialect:
             self._set(line, "ICR", icr)
         return self._go(line)
 
-    def restart(self, line: Line) -> Decoder:
+    def restart(self, line: SerialLine) -> Decoder:
         """Stop and start the stream, so that its first byte begins a value."""
         line.write(CLEAR + STOP)
         line.quieten()
         return self._go(line)
 
-    def zero(self, line: Line) -> Decoder | None:
+    def zero(self, line: SerialLine) -> Decoder | None:
         """Tare (TAR) and switch to net values: the stream must stop for it.
 
         Raises
@@ -127,11 +127,11 @@ class AedDialect:
             raise DeviceFault(f"{line.name}: it refused to tare (TAR): {_shown(answer)}")
         return self._go(line)
 
-    def judge(self, values: Sequence[Value]) -> Iterable[tuple[str, str]]:
+    def judge(self, values: Sequence[StreamValue]) -> Iterable[tuple[str, str]]:
         """Return what the status bytes say is wrong."""
         return status_words([getattr(value, "status", 0) for value in values])
 
-    def _go(self, line: Line) -> Decoder:
+    def _go(self, line: SerialLine) -> Decoder:
         output, settings = self._settings.output, self._settings
         if self._select:
             return single_decoder(output, checksum=settings.checksum, address=settings.address)
@@ -140,7 +140,7 @@ class AedDialect:
             output, checksum=settings.checksum, address=None, aligned=True, jump=self._jump
         )
 
-    def _query(self, line: Line, command: str) -> str:
+    def _query(self, line: SerialLine, command: str) -> str:
         line.write(command.encode() + b";")
         answer = line.read_line()
         if not answer.endswith(b"\n"):
@@ -155,7 +155,7 @@ class AedDialect:
             )
         return answer.decode("ascii", errors="replace")
 
-    def _set(self, line: Line, command: str, value: int, *, optional: bool = False) -> None:
+    def _set(self, line: SerialLine, command: str, value: int, *, optional: bool = False) -> None:
         """Set a parameter and read it back."""
         line.write(f"{command}{value};".encode())
         answer = line.read_line()

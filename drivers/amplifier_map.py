@@ -19,7 +19,7 @@ _MOST_REGISTERS = 125
 _SATURATED = {"i16": (-(2**15), 2**15 - 1), "u16": (0, 2**16 - 1), "i32": (-(2**31), 2**31 - 1)}
 
 
-class Register(Settings):
+class AmplifierRegister(Settings):
     """One value in registers."""
 
     address: int = Field(ge=0, le=65535)
@@ -32,7 +32,7 @@ class Register(Settings):
         return WORDS[self.type]
 
 
-class StatusRegister(Register):
+class StatusRegister(AmplifierRegister):
     """A word whose bits say what is wrong."""
 
     bits: dict[str, str] = Field(min_length=1)
@@ -53,7 +53,7 @@ class StatusRegister(Register):
         return self
 
 
-class IdentityRegister(Register):
+class IdentityRegister(AmplifierRegister):
     """A register that always holds the same."""
 
     expect: int | float
@@ -66,10 +66,10 @@ class AmplifierMap(Settings):
     edition: int = Field(default=1, ge=1)
     table: str = Field(default="input", pattern="^(input|holding)$", description="“input” or “holding”")
     word_order: WordOrder = "big"
-    value: Register
+    value: AmplifierRegister
     status: StatusRegister | None = None
-    counter: Register | None = None
-    rate: Register | None = None
+    counter: AmplifierRegister | None = None
+    rate: AmplifierRegister | None = None
     identity: IdentityRegister | None = None
 
     @model_validator(mode="after")
@@ -119,7 +119,7 @@ class Block:
     first: int
     words: int
 
-    def decode(self, registers: Sequence[int], register: Register, word_order: str) -> float | int:
+    def decode(self, registers: Sequence[int], register: AmplifierRegister, word_order: str) -> float | int:
         """Return one value of the block."""
         at = register.address - self.first
         return decode_value(registers[at : at + register.words], register.type, word_order)

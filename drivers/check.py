@@ -39,7 +39,7 @@ from bufferstand.drivers.stand_file import StandFile
 from bufferstand.drivers.w1_folder import roms_on_bus
 from bufferstand.foundation.channel import Channel
 from bufferstand.foundation.clock import Clock
-from bufferstand.foundation.plausibility import Watch
+from bufferstand.foundation.plausibility import PlausibilityWatch
 
 ROUND_TRIPS = 50
 """Status reads whose duration is measured."""
@@ -232,7 +232,7 @@ def _no_samples_rows(controller: Controller, *, polled: bool) -> Iterator[CheckR
 def _implausible(row: CheckRow, channel: Channel, block: SampleBlock) -> CheckRow:
     """Return the row, as a fault where the channel's own limits say that transducer or wire has failed."""
     raw = block.counts[channel.name]
-    found = Watch(channel).look(block.time_us, raw, channel.calibration.apply(raw))
+    found = PlausibilityWatch(channel).look(block.time_us, raw, channel.calibration.apply(raw))
     return replace(row, verdict=Verdict.FAULT, remark=found[0].what) if found else row
 
 

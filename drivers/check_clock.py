@@ -30,7 +30,7 @@ _ROOM = 2.0
 
 
 @dataclass(frozen=True)
-class Drift:
+class ClockDrift:
     """How much faster than the computer's clock the device's runs.
 
     Parameters
@@ -55,7 +55,7 @@ class Drift:
     slack_s: float = 0.0
 
 
-def fit_drift(host_s: Sequence[float], trip_s: Sequence[float], tick_us: Sequence[int]) -> Drift | None:
+def fit_drift(host_s: Sequence[float], trip_s: Sequence[float], tick_us: Sequence[int]) -> ClockDrift | None:
     """Return the drift from readings of the device's clock; None where there are too few.
 
     A reading is true somewhere between request and reply, and nothing else is taken for sure
@@ -89,10 +89,10 @@ def fit_drift(host_s: Sequence[float], trip_s: Sequence[float], tick_us: Sequenc
     likely = float(x @ y) / float(x @ x) if np.ptp(x) > 0.0 else sum(allowed) / 2.0
     ppm = float(np.clip(likely, *allowed))
     reach = max(ppm - allowed[0], allowed[1] - ppm)
-    return Drift(ppm, reach, float(np.ptp(since_s)), int(trips.size), slack_us * 1e-6)
+    return ClockDrift(ppm, reach, float(np.ptp(since_s)), int(trips.size), slack_us * 1e-6)
 
 
-def drift_row(drift: Drift | None) -> CheckRow:
+def drift_row(drift: ClockDrift | None) -> CheckRow:
     """Return the drift as a finding."""
     if drift is None:
         return CheckRow(

@@ -26,7 +26,7 @@ _MINUTE_S = 60.0
 
 
 @dataclass
-class Seen:
+class WatchedSamples:
     """What came of a controller while it was watched; counted from when the ring's history was read."""
 
     newest: SampleBlock | None
@@ -54,7 +54,7 @@ class Seen:
 
 def watch(
     controller: Controller, clock: Clock, newest: SampleBlock | None, watch_s: float, *, samples: bool = True
-) -> Seen:
+) -> WatchedSamples:
     """Read samples and clock of a controller for a while, and at least :data:`LEAST_PAIRS` times.
 
     Parameters
@@ -70,7 +70,7 @@ def watch(
     samples : bool
         Whether samples are read, too: what is read is acknowledged.
     """
-    seen = Seen(newest)
+    seen = WatchedSamples(newest)
     end_s, rounds = clock.wall_s() + watch_s, 0
     while clock.wall_s() < end_s or rounds < LEAST_PAIRS:
         rounds += 1
@@ -87,7 +87,7 @@ def watch(
     return seen
 
 
-def _read_blocks(controller: Controller, clock: Clock, seen: Seen) -> None:
+def _read_blocks(controller: Controller, clock: Clock, seen: WatchedSamples) -> None:
     """Read until there are no more samples, or for a number of blocks."""
     ahead_s: float | None = None  # a block that has more behind it may have asked for that already
     for _ in range(_BLOCKS_AT_ONCE):
@@ -110,7 +110,7 @@ def _read_blocks(controller: Controller, clock: Clock, seen: Seen) -> None:
             return
 
 
-def sample_rate_row(seen: Seen, stated_Hz: float, *, polled: bool) -> CheckRow:
+def sample_rate_row(seen: WatchedSamples, stated_Hz: float, *, polled: bool) -> CheckRow:
     """Return how many samples a second come; of a ring with a long history that may not be known yet."""
     span_s = seen.span_s
     if span_s * stated_Hz < _LEAST_SAMPLES:
@@ -125,7 +125,7 @@ def sample_rate_row(seen: Seen, stated_Hz: float, *, polled: bool) -> CheckRow:
     return rate_row("controller", "sample rate", rate_Hz, stated_Hz, lost, tolerance=RATE_TOLERANCE + doubt)
 
 
-def _poll_rate_row(seen: Seen, stated_Hz: float, doubt: float) -> CheckRow:
+def _poll_rate_row(seen: WatchedSamples, stated_Hz: float, doubt: float) -> CheckRow:
     """Return in how many periods there was a sample: the computer makes this rate, and leaves some out."""
     rows, periods = seen.samples - seen.lost, seen.span_s * stated_Hz
     rate_Hz, left_out = rows / seen.span_s, max(1.0 - rows / periods, 0.0)
@@ -144,7 +144,7 @@ def _poll_rate_row(seen: Seen, stated_Hz: float, doubt: float) -> CheckRow:
     return replace(row, verdict=Verdict.FAULT, remark=remark)
 
 
-def missed_row(seen: Seen) -> CheckRow | None:
+def missed_row(seen: WatchedSamples) -> CheckRow | None:
     """Return how many cycles the controller missed, judged as a campaign's guard does; None if none.
 
     The guard stops where a minute has more than ``[guards] missed_cycles_max_per_min``. What was seen for

@@ -17,7 +17,7 @@ from bufferstand.drivers import cia402
 from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, MotionState
 from bufferstand.drivers.modbus_link import ModbusRefusal
 from bufferstand.drivers.profile import COMMAND
-from bufferstand.drivers.register_panel import RegisterPanel
+from bufferstand.drivers.register_panel import NamedRegisters
 from bufferstand.drivers.registers import Layout
 from bufferstand.drivers.writer_lock import WriterLock
 
@@ -61,7 +61,7 @@ class CommandPort:
         The right to give commands.
     """
 
-    def __init__(self, panel: RegisterPanel, lock: WriterLock) -> None:
+    def __init__(self, panel: NamedRegisters, lock: WriterLock) -> None:
         self._panel = panel
         self._lock = lock
         self._block = panel.profile.span(COMMAND)

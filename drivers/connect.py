@@ -85,14 +85,14 @@ def open_stand(stand_file: StandFile, clock: Clock) -> Stand:
 
 
 @dataclass(frozen=True)
-class Look:
+class ControllerAnswer:
     """Who answers at a controller's address, and whether it says that it is simulated."""
 
     identity: Identity
     simulated: bool
 
 
-def look_at_controller(stand_file: StandFile) -> Look:
+def look_at_controller(stand_file: StandFile) -> ControllerAnswer:
     """Return who answers where a stand file leads to; only identity registers are read, and it lets go again.
 
     Raises
@@ -106,6 +106,6 @@ def look_at_controller(stand_file: StandFile) -> Look:
     link = _link(stand_file, profile)
     try:
         controller = RegisterController(link, profile, timeout_s=stand_file.controller.timeout_s)
-        return Look(controller.identify(), controller.says_simulated())
+        return ControllerAnswer(controller.identify(), controller.says_simulated())
     finally:
         link.close()

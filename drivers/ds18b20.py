@@ -66,7 +66,7 @@ FAULT_TEXTS = {
 
 
 @dataclass(frozen=True)
-class Reading:
+class TemperatureReading:
     """A temperature that can be true: ``count`` in 1/16 °C, undefined bits cleared."""
 
     count: int
@@ -83,7 +83,7 @@ def crc8(data: bytes) -> int:
     return crc
 
 
-def decode_scratchpad(scratchpad: bytes) -> Reading | ReadingFault:
+def decode_scratchpad(scratchpad: bytes) -> TemperatureReading | ReadingFault:
     """Return the reading that nine scratchpad bytes hold, or why they hold none.
 
     85.0 °C is refused only together with byte 6 = 0x0C, the power-on mark: each of them alone also occurs
@@ -109,10 +109,10 @@ def decode_scratchpad(scratchpad: bytes) -> Reading | ReadingFault:
     count = raw & ~((1 << 12 - resolution) - 1)  # below 12 bits the low ones are undefined
     if not LOWEST_COUNT <= count <= HIGHEST_COUNT:
         return ReadingFault.OUT_OF_RANGE
-    return Reading(count, resolution)
+    return TemperatureReading(count, resolution)
 
 
-def decode_w1_slave(text: str) -> Reading | ReadingFault:
+def decode_w1_slave(text: str) -> TemperatureReading | ReadingFault:
     """Return the reading in the text of a ``w1_slave`` file, or why it holds none.
 
     The bytes are decoded and checked here; the kernel's ``t=`` is not used, since it prints a number
@@ -130,7 +130,7 @@ def decode_w1_slave(text: str) -> Reading | ReadingFault:
     return decode_scratchpad(scratchpad)
 
 
-def decode_temperature(text: str) -> Reading | ReadingFault | None:
+def decode_temperature(text: str) -> TemperatureReading | ReadingFault | None:
     """Return the reading in the text of a ``temperature`` file, why it holds none, or None if it cannot tell.
 
     The file has a number only [1/1000 °C, cut towards zero]: 85 °C may be the power-on value, and 0 °C an
@@ -148,7 +148,7 @@ def decode_temperature(text: str) -> Reading | ReadingFault | None:
         return ReadingFault.NO_POWER
     if not LOWEST_COUNT <= count <= HIGHEST_COUNT:
         return ReadingFault.OUT_OF_RANGE
-    return Reading(count, 12)
+    return TemperatureReading(count, 12)
 
 
 def looks_genuine(rom: str) -> bool:

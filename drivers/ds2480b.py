@@ -14,7 +14,7 @@ from enum import IntEnum
 
 from bufferstand.drivers.ds18b20 import crc8
 from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.serial_line import SerialLine
 
 BAUD = 9600
 
@@ -59,7 +59,7 @@ class Ds2480b:
         Holds the line low for some milliseconds.
     """
 
-    def __init__(self, line: Line, send_break: Callable[[], None]) -> None:
+    def __init__(self, line: SerialLine, send_break: Callable[[], None]) -> None:
         self._line = line
         self._send_break = send_break
         self._data_mode = False

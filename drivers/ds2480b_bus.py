@@ -9,12 +9,12 @@ from pathlib import Path
 
 import serial
 
-from bufferstand.drivers.ds18b20 import SCRATCHPAD_BYTES, Reading, ReadingFault, decode_scratchpad
+from bufferstand.drivers.ds18b20 import SCRATCHPAD_BYTES, ReadingFault, TemperatureReading, decode_scratchpad
 from bufferstand.drivers.ds2480b import BAUD, MATCH_ROM, SKIP_ROM, Ds2480b, Presence, rom_bytes, rom_name
 from bufferstand.drivers.interfaces import DeviceFault
 from bufferstand.drivers.port_trouble import cannot_be_opened
-from bufferstand.drivers.serial_line import QUIET_S, READ_S, Line
-from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.serial_line import QUIET_S, READ_S, SerialLine
+from bufferstand.drivers.stand_file import OneWireSettings
 from bufferstand.drivers.temperature_bus import TemperatureBus
 from bufferstand.foundation.clock import Clock
 
@@ -73,7 +73,7 @@ class Ds2480bReader:
         """
         return tuple(sorted(rom_name(rom) for rom in self._opened().search()))
 
-    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, Reading | ReadingFault]]:
+    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, TemperatureReading | ReadingFault]]:
         """Convert all sensors at once and yield the reading of each, or why there is none.
 
         Raises
@@ -119,7 +119,7 @@ class Ds2480bReader:
             reason = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
             raise DeviceFault(cannot_be_opened(f"1-Wire adapter at {self._path}", reason)) from None
         self._port = port
-        line = Line(port, self._clock, f"1-Wire adapter at {self._path}")
+        line = SerialLine(port, self._clock, f"1-Wire adapter at {self._path}")
         adapter = Ds2480b(line, lambda: port.send_break(_BREAK_S))
         try:
             adapter.begin()
@@ -164,7 +164,7 @@ class Ds2480bReader:
         return None
 
     @staticmethod
-    def _scratchpad(adapter: Ds2480b, rom: str) -> Reading | ReadingFault:
+    def _scratchpad(adapter: Ds2480b, rom: str) -> TemperatureReading | ReadingFault:
         presence = adapter.reset()
         if presence is not Presence.PRESENT:
             return ReadingFault.SHORTED if presence is Presence.SHORTED else ReadingFault.ABSENT
@@ -188,5 +188,5 @@ class Ds2480bBus(TemperatureBus):
         Stand time for period and stamps, wall time for the waits.
     """
 
-    def __init__(self, port: Path, settings: TemperatureSettings, clock: Clock) -> None:
+    def __init__(self, port: Path, settings: OneWireSettings, clock: Clock) -> None:
         super().__init__(Ds2480bReader(port, clock, parasite=settings.parasite), settings, clock)

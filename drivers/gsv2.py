@@ -12,8 +12,8 @@ from pathlib import Path
 from bufferstand.drivers.amplifier_settings import Gsv2Settings
 from bufferstand.drivers.gsv2_frames import SHORT, FrameDecoder
 from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, Value
-from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.serial_amplifier import Complain, Decoder, SerialAmplifier, StreamValue
+from bufferstand.drivers.serial_line import SerialLine
 from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.drivers.text_values import LineDecoder, decimal_counts
 from bufferstand.foundation.clock import Clock
@@ -87,7 +87,7 @@ class Gsv2Dialect:
         self.form = _FORMS[settings.gsv2.frame]
         self.identity = ""
 
-    def begin(self, line: Line, complain: Complain) -> Decoder:
+    def begin(self, line: SerialLine, complain: Complain) -> Decoder:
         """Stop the stream, set up or check form and rate, start it.
 
         Raises
@@ -106,19 +106,19 @@ class Gsv2Dialect:
         line.write(START)
         return self._decoder(aligned=quiet)
 
-    def restart(self, line: Line) -> Decoder:
+    def restart(self, line: SerialLine) -> Decoder:
         """Stop and start the stream, so that its first byte begins a frame."""
         line.write(STOP)
         quiet = line.quieten()
         line.write(START)
         return self._decoder(aligned=quiet)
 
-    def zero(self, line: Line) -> Decoder | None:
+    def zero(self, line: SerialLine) -> Decoder | None:
         """Set the present value as zero (0x0C); the stream need not stop for it."""
         line.write(SET_ZERO)
         return None
 
-    def judge(self, values: Sequence[Value]) -> Iterable[tuple[str, str]]:
+    def judge(self, values: Sequence[StreamValue]) -> Iterable[tuple[str, str]]:
         """Yield nothing: the frames carry no word about the measurement."""
         del values
         return ()
@@ -133,7 +133,7 @@ class Gsv2Dialect:
             case _:
                 return FrameDecoder(aligned=aligned)
 
-    def _set_up(self, line: Line) -> None:
+    def _set_up(self, line: SerialLine) -> None:
         """Read who it is; set form and rate; read back what can be read back."""
         firmware = self._demand(line, FIRMWARE_VERSION, 2, "firmware version")
         serial_number = self._demand(line, GET_SERIAL_NUMBER, 8, "serial number")
@@ -149,7 +149,9 @@ class Gsv2Dialect:
         if self._settings.rate_code is not None:
             line.write(SET_FREQUENCY + self._settings.rate_code.to_bytes(2, "big"))
 
-    def _set(self, line: Line, write: bytes, read: bytes, now: int, bit: int, on: bool, name: str) -> None:
+    def _set(
+        self, line: SerialLine, write: bytes, read: bytes, now: int, bit: int, on: bool, name: str
+    ) -> None:
         """Set one bit of a register and see that it is set; leave the others as they are."""
         if bool(now & bit) == on:
             return
@@ -163,7 +165,7 @@ class Gsv2Dialect:
             )
 
     @staticmethod
-    def _demand(line: Line, question: bytes, count: int, name: str) -> bytes:
+    def _demand(line: SerialLine, question: bytes, count: int, name: str) -> bytes:
         answer = line.ask(question, count)
         if len(answer) < count:
             raise DeviceFault(
@@ -172,7 +174,7 @@ class Gsv2Dialect:
             )
         return answer
 
-    def _check_rate(self, line: Line, complain: Complain) -> None:
+    def _check_rate(self, line: SerialLine, complain: Complain) -> None:
         """Ask for the frequency register; a rate that is not the stated one would falsify the time base."""
         answer = line.ask(READ_FREQUENCY, 3)
         if len(answer) < 3:

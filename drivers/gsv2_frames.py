@@ -25,7 +25,7 @@ _UNDECIDED = 64  # frames after which two readings of the stream are not told ap
 
 
 @dataclass(frozen=True)
-class Frame:
+class Gsv2Frame:
     """One measured value.
 
     Parameters
@@ -114,10 +114,10 @@ class FrameDecoder:
         """Whether the stream can be read in two ways for so long that only a restart helps."""
         return not self._aligned and len(self._buffer) > (_UNDECIDED + 1) * self._form.size
 
-    def feed(self, data: bytes) -> list[Frame]:
+    def feed(self, data: bytes) -> list[Gsv2Frame]:
         """Return the frames that are certain by now."""
         self._buffer += data
-        frames: list[Frame] = []
+        frames: list[Gsv2Frame] = []
         while self._aligned or self._search():
             if len(self._buffer) < self._form.size + self._form.head:
                 break
@@ -131,7 +131,7 @@ class FrameDecoder:
             self._skipped = 0
             form = self._form
             count = int.from_bytes(self._buffer[form.head : form.size], "big") - form.zero
-            frames.append(Frame(count, self._buffer[1] if form.has_status else 0, lost))
+            frames.append(Gsv2Frame(count, self._buffer[1] if form.has_status else 0, lost))
             del self._buffer[: self._form.size]
         return frames
 

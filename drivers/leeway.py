@@ -17,7 +17,7 @@ _TRIES = 3
 
 
 @dataclass(frozen=True)
-class Leeway:
+class OutageLimit:
     """How long an outage may last.
 
     Parameters
@@ -74,7 +74,7 @@ class Leeway:
         )
 
 
-def leeway_of(settings: ControllerSettings, profile: Profile, silence_s: float = math.inf) -> Leeway:
+def leeway_of(settings: ControllerSettings, profile: Profile, silence_s: float = math.inf) -> OutageLimit:
     """Return the leeway of a controller.
 
     Parameters
@@ -86,4 +86,4 @@ def leeway_of(settings: ControllerSettings, profile: Profile, silence_s: float =
     silence_s : float
         ``controller_silence_s`` of a campaign [s]; without one the watchdog alone counts.
     """
-    return Leeway(settings.watchdog_s, silence_s, profile.poll is None)
+    return OutageLimit(settings.watchdog_s, silence_s, profile.poll is None)

@@ -20,7 +20,7 @@ from bufferstand.drivers.registers import decode_value
 from bufferstand.drivers.serial_amplifier import SILENCE_S, STREAM, with_saturation
 from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.foundation.clock import Clock
-from bufferstand.foundation.plausibility import Watch
+from bufferstand.foundation.plausibility import PlausibilityWatch
 
 STUCK_S = 2.0
 """Stand time without a new measurement after which the amplifier counts as stuck [s]."""
@@ -61,7 +61,7 @@ class ModbusAmplifier:
         self._mailbox = Mailbox()
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        self._watch = Watch(with_saturation(settings.channel, registers.saturation))
+        self._watch = PlausibilityWatch(with_saturation(settings.channel, registers.saturation))
         self._wrong: set[str] = set()
         self._sequence = 0
         self._missed = 0

@@ -24,7 +24,7 @@ from pydantic import (
 from bufferstand.drivers.registers import (
     WORDS,
     Layout,
-    Place,
+    RegisterPlace,
     RegisterType,
     WordOrder,
     encode_value,
@@ -105,7 +105,7 @@ def _as_tuple(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-class Register(Settings):
+class ProfileRegister(Settings):
     """One named value of the map."""
 
     name: str = Field(pattern=r"^[a-z][a-z0-9_]*$", description="small letters, digits and _")
@@ -137,7 +137,7 @@ class Register(Settings):
         return content if self.accept else {k: v for k, v in content.items() if k != "accept"}
 
     @model_validator(mode="after")
-    def _expected_fits(self) -> Register:
+    def _expected_fits(self) -> ProfileRegister:
         if self.expect is not None:
             encode_value(self.expect, self.type)
             if self.scale != 1.0:
@@ -256,7 +256,7 @@ class ProfileFile(Settings):
     """A profile's TOML file."""
 
     profile: ProfileFacts
-    register_: Annotated[tuple[Register, ...], BeforeValidator(_as_tuple)] = Field(alias="register")
+    register_: Annotated[tuple[ProfileRegister, ...], BeforeValidator(_as_tuple)] = Field(alias="register")
     ring: Ring | None = None
     poll: Poll | None = None
     wire: WireFacts | None = None
@@ -307,7 +307,7 @@ class ProfileFile(Settings):
             self._demand_block([by_name[name] for name in names if name in by_name])
         return self
 
-    def _demand_block(self, members: Sequence[Register]) -> None:
+    def _demand_block(self, members: Sequence[ProfileRegister]) -> None:
         """See that registers go in one transaction: one table, no hole, not too many."""
         first = min(members, key=lambda r: r.address)
         last = max(members, key=lambda r: r.address)
@@ -342,7 +342,7 @@ class Profile:
     """
 
     facts: ProfileFacts
-    registers: Mapping[str, Register]
+    registers: Mapping[str, ProfileRegister]
     window: Ring | None
     poll: Poll | None
     hash: str
@@ -379,7 +379,7 @@ class Profile:
         """Return whether the map has a register of that name."""
         return name in self.registers
 
-    def find(self, name: str) -> Register:
+    def find(self, name: str) -> ProfileRegister:
         """Return the register of a name.
 
         Raises
@@ -425,7 +425,9 @@ class Profile:
             (r for r in self.registers.values() if r.table == table and start <= r.address < end),
             key=lambda r: r.address,
         )
-        places = tuple(Place(r.name, r.type, r.address - start, r.scale, r.word_order or "") for r in inside)
+        places = tuple(
+            RegisterPlace(r.name, r.type, r.address - start, r.scale, r.word_order or "") for r in inside
+        )
         return Layout(start, end - start, places, self.word_order, table)
 
     def span(self, names: Sequence[str]) -> Layout:
@@ -452,10 +454,10 @@ class Profile:
         return self._row(0, self.ring.sample)
 
     def _row(self, address: int, fields: Sequence[tuple[str, str]]) -> Layout:
-        places: list[Place] = []
+        places: list[RegisterPlace] = []
         offset = 0
         for name, kind in fields:
-            places.append(Place(name, kind, offset))
+            places.append(RegisterPlace(name, kind, offset))
             offset += WORDS[kind]
         return Layout(address, offset, tuple(places), self.word_order)
 

@@ -19,7 +19,7 @@ from bufferstand.drivers.interfaces import (
 )
 from bufferstand.drivers.modbus_link import ModbusLink, ModbusRefusal
 from bufferstand.drivers.profile import IDENTITY, SIMULATED, SIMULATED_SIGN, Profile
-from bufferstand.drivers.register_panel import RegisterPanel
+from bufferstand.drivers.register_panel import NamedRegisters
 from bufferstand.drivers.ring_identity import find_mismatch
 from bufferstand.drivers.writer_lock import WriterLock
 from bufferstand.drivers.writer_notice import NoticeBoard
@@ -58,7 +58,7 @@ class RegisterController:
     ) -> None:
         self._link = link
         self._profile = profile
-        self._panel = RegisterPanel(link, profile, timeout_s)
+        self._panel = NamedRegisters(link, profile, timeout_s)
         self._lock = lock = WriterLock(self._panel, board=board)
         self._commands = command.CommandPort(self._panel, lock)
         self._switch = ActuatorSwitch(self._panel, lock)

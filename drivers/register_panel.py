@@ -34,7 +34,7 @@ def _raise(lost: WireLost) -> None:
     raise lost
 
 
-class RegisterPanel:
+class NamedRegisters:
     """Named registers over one link.
 
     Parameters

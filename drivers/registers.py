@@ -121,7 +121,7 @@ def pack(registers: Sequence[int]) -> bytes:
 
 
 @dataclass(frozen=True)
-class Place:
+class RegisterPlace:
     """One typed value inside a window of registers.
 
     Parameters
@@ -169,7 +169,7 @@ class Layout:
 
     address: int
     words: int
-    places: tuple[Place, ...]
+    places: tuple[RegisterPlace, ...]
     word_order: str
     table: Literal["holding", "input"] = "holding"
 

@@ -15,11 +15,11 @@ from bufferstand.drivers.host_stamps import HostStamps, RateWatch
 from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.mailbox import Mailbox
 from bufferstand.drivers.port_trouble import cannot_be_opened
-from bufferstand.drivers.serial_line import QUIET_S, READ_S, Line, parity_of
+from bufferstand.drivers.serial_line import QUIET_S, READ_S, SerialLine, parity_of
 from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.foundation.channel import Channel, Plausibility
 from bufferstand.foundation.clock import Clock
-from bufferstand.foundation.plausibility import Watch
+from bufferstand.foundation.plausibility import PlausibilityWatch
 
 STREAM = "amplifier"
 
@@ -29,7 +29,7 @@ _POLL_S = 0.01
 _RETRY_S = 1.0
 
 
-class Value(Protocol):
+class StreamValue(Protocol):
     """One value of a stream."""
 
     @property
@@ -59,7 +59,7 @@ class Decoder(Protocol):
         """Whether only stopping and starting the stream helps."""
         ...
 
-    def feed(self, data: bytes) -> Sequence[Value]:
+    def feed(self, data: bytes) -> Sequence[StreamValue]:
         """Return the values that are certain by now."""
         ...
 
@@ -67,7 +67,7 @@ class Decoder(Protocol):
 Complain = Callable[[str], None]
 
 
-class Dialect(Protocol):
+class AmplifierDialect(Protocol):
     """What one protocol says on an open line."""
 
     @property
@@ -80,7 +80,7 @@ class Dialect(Protocol):
     form: str
     """What its stream looks like, for messages."""
 
-    def begin(self, line: Line, complain: Complain) -> Decoder:
+    def begin(self, line: SerialLine, complain: Complain) -> Decoder:
         """Stop it, set it up, check what it is set to, and start it.
 
         Raises
@@ -90,11 +90,11 @@ class Dialect(Protocol):
         """
         ...
 
-    def restart(self, line: Line) -> Decoder:
+    def restart(self, line: SerialLine) -> Decoder:
         """Stop and start the stream, so that its first byte begins a value."""
         ...
 
-    def zero(self, line: Line) -> Decoder | None:
+    def zero(self, line: SerialLine) -> Decoder | None:
         """Set the present value as zero (or tare) in the amplifier.
 
         Returns the decoder of the new stream where it had to be stopped for it.
@@ -106,7 +106,7 @@ class Dialect(Protocol):
         """
         ...
 
-    def judge(self, values: Sequence[Value]) -> Iterable[tuple[str, str]]:
+    def judge(self, values: Sequence[StreamValue]) -> Iterable[tuple[str, str]]:
         """Yield what the amplifier itself says is wrong: a key for each state, and its words."""
         ...
 
@@ -142,7 +142,7 @@ class SerialAmplifier:
         port: Path,
         settings: AmplifierSettings,
         clock: Clock,
-        dialect: Dialect,
+        dialect: AmplifierDialect,
         device: str,
         *,
         even_parity: bool = False,
@@ -157,12 +157,12 @@ class SerialAmplifier:
         self._mailbox = Mailbox()
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        self._line: Line | None = None
+        self._line: SerialLine | None = None
         self._zero_wanted = threading.Event()
         self._decoder: Decoder | None = None
         self._stamps = HostStamps(settings.rate_Hz)
         self._rate = RateWatch(settings.rate_Hz)
-        self._watch = Watch(with_saturation(settings.channel, dialect.saturation))
+        self._watch = PlausibilityWatch(with_saturation(settings.channel, dialect.saturation))
         self._wrong: set[str] = set()
         self._sequence = 0
         self._resyncs = 0
@@ -245,7 +245,7 @@ class SerialAmplifier:
             self._stop.wait(QUIET_S)
             self._open()
 
-    def _open(self) -> Line:
+    def _open(self) -> SerialLine:
         """Open the port and restart the stream, so that its first byte begins a value."""
         port = serial.Serial(
             str(self._path),
@@ -255,7 +255,7 @@ class SerialAmplifier:
             write_timeout=QUIET_S,
             exclusive=True,
         )
-        self._line = line = Line(port, self._clock, f"amplifier at {self._path}")
+        self._line = line = SerialLine(port, self._clock, f"amplifier at {self._path}")
         self._decoder = self._dialect.begin(line, self._fault)
         self._begin_anew()
         return line
@@ -289,7 +289,7 @@ class SerialAmplifier:
                 self._failing = True
                 self._stop.wait(_RETRY_S)
 
-    def _set_zero(self, line: Line) -> None:
+    def _set_zero(self, line: SerialLine) -> None:
         self._zero_wanted.clear()
         try:
             decoder = self._dialect.zero(line)
@@ -300,7 +300,7 @@ class SerialAmplifier:
             self._decoder = decoder
             self._begin_anew()
 
-    def _read_once(self, line: Line) -> None:
+    def _read_once(self, line: SerialLine) -> None:
         decoder = self._decoder
         assert decoder is not None
         self._ask(line)
@@ -324,14 +324,14 @@ class SerialAmplifier:
             self._watch_silence()
         self._stop.wait(_POLL_S)
 
-    def _ask(self, line: Line) -> None:
+    def _ask(self, line: SerialLine) -> None:
         """Ask for the next value when it is due, where the amplifier does not send by itself."""
         now_s = self._clock.now_s()
         if self._dialect.request and now_s - self._asked_s >= 1.0 / self._rate_Hz:
             self._asked_s = now_s
             line.port.write(self._dialect.request)
 
-    def _take(self, values: Sequence[Value], received_s: float) -> None:
+    def _take(self, values: Sequence[StreamValue], received_s: float) -> None:
         """Leave values as blocks, a new one behind each loss, and say what is wrong with them."""
         counts, losses = [value.count for value in values], [value.lost for value in values]
         starts = [0] + [i for i in range(1, len(counts)) if losses[i]] + [len(counts)]

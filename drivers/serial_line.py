@@ -34,7 +34,7 @@ class Port(Protocol):
         ...
 
 
-class Line:
+class SerialLine:
     """A serial port with somebody at the other end.
 
     Parameters

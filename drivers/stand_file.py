@@ -85,7 +85,7 @@ class StandFacts(Settings):
     """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
-class Limits(Settings):
+class StandFileLimits(Settings):
     """What the stand can stand; the controller gets force and stroke too."""
 
     force_max_kN: StandForce
@@ -105,7 +105,7 @@ class Limits(Settings):
     """Pairs of force [kN] and the greatest speed there [mm/s]; None: ``speed_max_mm_per_s`` at any force."""
 
     @model_validator(mode="after")
-    def _a_curve(self) -> Limits:
+    def _a_curve(self) -> StandFileLimits:
         if self.force_speed is None:
             return self
         if problem := curve_problem(self.force_speed):
@@ -294,7 +294,7 @@ class SensorSettings(Settings):
         )
 
 
-class TemperatureSettings(Settings):
+class OneWireSettings(Settings):
     """The 1-Wire sensors."""
 
     kind: Literal["w1", "ds2480b"]
@@ -313,7 +313,7 @@ class TemperatureSettings(Settings):
     sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
 
     @model_validator(mode="after")
-    def _all_different(self) -> TemperatureSettings:
+    def _all_different(self) -> OneWireSettings:
         for what in ("rom", "name", "place"):
             values = [getattr(sensor, what) for sensor in self.sensor]
             for number, value in enumerate(values):
@@ -341,10 +341,10 @@ class StandFile(Settings):
     """A checked STAND.toml. ``model_dump`` gives it back as written, without this machine's folders."""
 
     stand: StandFacts
-    limits: Limits
+    limits: StandFileLimits
     controller: ControllerSettings
     amplifier: AmplifierSettings | None = None
-    temperature: TemperatureSettings | None = None
+    temperature: OneWireSettings | None = None
     simulation: dict[str, Any] | None = None
     """Only the simulated stand reads it, and checks it."""
     _path: Path = PrivateAttr(default=Path("stand.toml"))

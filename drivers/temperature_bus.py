@@ -12,10 +12,10 @@ from typing import Protocol
 
 import numpy as np
 
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, looks_genuine
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading, looks_genuine
 from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.mailbox import Mailbox
-from bufferstand.drivers.stand_file import SensorSettings, TemperatureSettings
+from bufferstand.drivers.stand_file import OneWireSettings, SensorSettings
 from bufferstand.foundation.clock import Clock
 
 _POLL_S = 0.01
@@ -37,7 +37,7 @@ class BusReader(Protocol):
         """
         ...
 
-    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, Reading | ReadingFault]]:
+    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, TemperatureReading | ReadingFault]]:
         """Yield the reading of each sensor, or why there is none, as soon as it is known.
 
         Raises
@@ -110,7 +110,7 @@ class BusSensor:
             self._is_open = False
             self._bus.leave()
 
-    def post(self, reading: Reading, at_s: float) -> None:
+    def post(self, reading: TemperatureReading, at_s: float) -> None:
         """Leave a reading, true at stand time ``at_s``."""
         self._mailbox.put(
             SampleBlock(
@@ -143,7 +143,7 @@ class TemperatureBus:
         Stand time for period and stamps, wall time for the judgement of a stall.
     """
 
-    def __init__(self, reader: BusReader, settings: TemperatureSettings, clock: Clock) -> None:
+    def __init__(self, reader: BusReader, settings: OneWireSettings, clock: Clock) -> None:
         self._reader = reader
         self._period_s = settings.period_s
         self._clock = clock
@@ -210,7 +210,7 @@ class TemperatureBus:
             for rom, got in self._reader.read(tuple(by_rom)):
                 self._alive_s = self._clock.wall_s()
                 sensor = by_rom[rom]
-                if isinstance(got, Reading):
+                if isinstance(got, TemperatureReading):
                     sensor.post(got, self._clock.now_s())
                 else:
                     sensor.refuse(FAULT_TEXTS[got])

@@ -22,7 +22,7 @@ _LINE = re.compile(
 
 
 @dataclass(frozen=True)
-class Piece:
+class TranscriptPiece:
     """One piece of a session.
 
     Parameters
@@ -48,7 +48,7 @@ class Piece:
         return f"{self.time_s:.6f} {self.wire} {self.sign}{shown}"
 
 
-def read_transcript(path: Path) -> list[Piece]:
+def read_transcript(path: Path) -> list[TranscriptPiece]:
     """Return the pieces of a transcript in their order.
 
     Raises
@@ -62,7 +62,7 @@ def read_transcript(path: Path) -> list[Piece]:
         raise BadInput(f"cannot be read: {error}", file=path) from None
     if not lines or lines[0] != HEAD:
         raise BadInput("this is no transcript", file=path, place="line 1", remedy=f"it must be “{HEAD}”")
-    pieces: list[Piece] = []
+    pieces: list[TranscriptPiece] = []
     for number, line in enumerate(lines[1:], start=2):
         if not line or line.startswith("#"):
             continue
@@ -75,5 +75,7 @@ def read_transcript(path: Path) -> list[Piece]:
                 remedy="write: seconds, wire, < or >, bytes in hex",
             )
         sign: Sign = found["sign"]  # type: ignore[assignment]
-        pieces.append(Piece(float(found["time"]), found["wire"], sign, bytes.fromhex(found["bytes"])))
+        pieces.append(
+            TranscriptPiece(float(found["time"]), found["wire"], sign, bytes.fromhex(found["bytes"]))
+        )
     return pieces

@@ -22,7 +22,7 @@ import serial
 
 from bufferstand.drivers.ds2480b import BAUD as ADAPTER_BAUD
 from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
-from bufferstand.drivers.transcript import HEAD, Piece, Sign
+from bufferstand.drivers.transcript import HEAD, Sign, TranscriptPiece
 from bufferstand.foundation.errors import BadInput
 
 _PARITIES = {"none": "N", "even": "E", "odd": "O"}
@@ -30,7 +30,7 @@ _POLL_S = 0.05
 _CONNECT_S = 5.0
 
 
-class Recorder:
+class TranscriptRecorder:
     """Writes the pieces of all wires into one file, as they come; safe from several threads.
 
     Parameters
@@ -60,7 +60,7 @@ class Recorder:
     def put(self, wire: str, sign: Sign, data: bytes = b"") -> None:
         """Write a piece."""
         with self._lock:
-            self._file.write(f"{Piece(time.monotonic() - self._start_s, wire, sign, data)}\n")
+            self._file.write(f"{TranscriptPiece(time.monotonic() - self._start_s, wire, sign, data)}\n")
 
     def close(self) -> None:
         """End the file."""
@@ -86,7 +86,7 @@ class TcpTap:
     recorder : Recorder
     """
 
-    def __init__(self, wire: str, host: str, port: int, recorder: Recorder) -> None:
+    def __init__(self, wire: str, host: str, port: int, recorder: TranscriptRecorder) -> None:
         self._wire = wire
         self._target = (host, port)
         self._recorder = recorder
@@ -159,7 +159,7 @@ class SerialTap:
         wire: str,
         port: Path,
         link: Path,
-        recorder: Recorder,
+        recorder: TranscriptRecorder,
         *,
         baud: int,
         parity: str = "none",
@@ -224,7 +224,7 @@ def record_wires(stand_file: StandFile, path: Path) -> Iterator[StandFile]:
     BadInput
         If the transcript cannot be written.
     """
-    recorder = Recorder(path)
+    recorder = TranscriptRecorder(path)
     taps: list[_Tap] = []
     try:
         recorder.comment(f"stand {stand_file.stand.id}")
@@ -238,7 +238,7 @@ def record_wires(stand_file: StandFile, path: Path) -> Iterator[StandFile]:
         recorder.close()
 
 
-def _tapped(stand_file: StandFile, folder: Path, recorder: Recorder, taps: list[_Tap]) -> Endpoints:
+def _tapped(stand_file: StandFile, folder: Path, recorder: TranscriptRecorder, taps: list[_Tap]) -> Endpoints:
     """Put a tap on every wire of bytes; return where they are."""
 
     def tap(wire: str, port: Path, *, baud: int, parity: str = "none", stop_bits: int = 1) -> Path | None:

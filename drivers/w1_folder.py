@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
-from bufferstand.drivers.ds18b20 import Reading, ReadingFault, decode_temperature, decode_w1_slave
+from bufferstand.drivers.ds18b20 import ReadingFault, TemperatureReading, decode_temperature, decode_w1_slave
 from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.stand_file import OneWireSettings
 from bufferstand.drivers.temperature_bus import BusSensor as W1Sensor
 from bufferstand.drivers.temperature_bus import TemperatureBus
 from bufferstand.foundation.clock import Clock
@@ -33,7 +33,7 @@ CONVERSION_MOST_S = 2.0
 _POLL_S = 0.02
 
 
-def read_sensor(root: Path, rom: str) -> Reading | ReadingFault:
+def read_sensor(root: Path, rom: str) -> TemperatureReading | ReadingFault:
     """Read one sensor's nine bytes once; blocks for its conversion (up to 0.8 s).
 
     Parameters
@@ -47,7 +47,7 @@ def read_sensor(root: Path, rom: str) -> Reading | ReadingFault:
     return text if isinstance(text, ReadingFault) else decode_w1_slave(text)
 
 
-def read_temperature(root: Path, rom: str) -> Reading | ReadingFault:
+def read_temperature(root: Path, rom: str) -> TemperatureReading | ReadingFault:
     """Read one sensor through its ``temperature`` file.
 
     85.0 °C and 0.0 °C are ambiguous there (power-on value; all bytes zero), so they are looked up in the
@@ -116,7 +116,7 @@ class FolderReader:
                 "and temperature.root of the stand file is right"
             )
 
-    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, Reading | ReadingFault]]:
+    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, TemperatureReading | ReadingFault]]:
         """Yield the reading of each sensor, or why there is none."""
         if self._access == "bulk":
             self._note_bulk(self._trigger())
@@ -184,7 +184,7 @@ class W1Bus(TemperatureBus):
         Stand time for period and stamps, wall time for the judgement of a stall.
     """
 
-    def __init__(self, root: Path, settings: TemperatureSettings, clock: Clock) -> None:
+    def __init__(self, root: Path, settings: OneWireSettings, clock: Clock) -> None:
         reader = FolderReader(root, settings.access, settings.bulk_master)
         super().__init__(reader, settings, clock)
 

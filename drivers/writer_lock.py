@@ -12,7 +12,7 @@ from contextlib import suppress
 from bufferstand.drivers.interfaces import DeviceFault, NotInCharge, WriterSeen
 from bufferstand.drivers.modbus_link import Exchange, ModbusRefusal
 from bufferstand.drivers.profile import WATCHDOG_LEFT
-from bufferstand.drivers.register_panel import RegisterPanel
+from bufferstand.drivers.register_panel import NamedRegisters
 from bufferstand.drivers.writer_notice import NoticeBoard
 from bufferstand.foundation.clock import steady_s
 
@@ -37,7 +37,7 @@ class WriterLock:
     """
 
     def __init__(
-        self, panel: RegisterPanel, number: int | None = None, board: NoticeBoard | None = None
+        self, panel: NamedRegisters, number: int | None = None, board: NoticeBoard | None = None
     ) -> None:
         self._panel = panel
         self.number = number or 1 + secrets.randbelow(0xFFFF)

@@ -14,7 +14,7 @@ SHOWN = 3
 
 
 @dataclass(frozen=True)
-class Recording:
+class RecordingIdentity:
     """By what a recording is known again.
 
     Attributes
@@ -86,7 +86,7 @@ class Sorted:
         return tuple(original.get(name, name) for name in names)
 
 
-def each_once(recordings: Sequence[Recording]) -> Sorted:
+def each_once(recordings: Sequence[RecordingIdentity]) -> Sorted:
     """Return which recordings count: of files that hold the same one, that which is named first.
 
     Parameters
@@ -98,8 +98,8 @@ def each_once(recordings: Sequence[Recording]) -> Sorted:
     Sorted
         Runs of two campaigns may share an id, so that alone makes no copy.
     """
-    by_hash: dict[str, Recording] = {}
-    by_run: dict[tuple[str, str, datetime], Recording] = {}
+    by_hash: dict[str, RecordingIdentity] = {}
+    by_run: dict[tuple[str, str, datetime], RecordingIdentity] = {}
     kept, copies, differing = [], [], []
     for place, one in enumerate(recordings):
         hashes = [text for text in (one.sha256, one.samples_sha256) if text]
@@ -130,7 +130,7 @@ def _told(copies: Sequence[Copy]) -> list[str]:
     return [f"{shown}{more if len(copies) > SHOWN else ''}: {once}{advice}"]
 
 
-def _differ(first: Recording, one: Recording) -> str:
+def _differ(first: RecordingIdentity, one: RecordingIdentity) -> str:
     return (
         f"{one.path} and {first.path} are both run “{one.id}” of campaign “{one.campaign}”, begun at "
         "the same instant, and their samples differ: one of them is not as it was recorded, yet both are "

@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.combine import Figure, Figures
-from bufferstand.evaluation.facts.shared_errors import Owed
+from bufferstand.evaluation.across_runs.combine import Figures, RunFigure
+from bufferstand.evaluation.facts.shared_errors import SharedContributions
 
 _COVERAGE = 2.0
 
 
 @dataclass(frozen=True)
-class Value:
+class UncertainValue:
     """A value with its expanded uncertainty U (k = 2), where one is known.
 
     ``shared``: what of its standard uncertainty other values have, too
@@ -23,7 +23,7 @@ class Value:
 
     value: float
     expanded_uncertainty: float | None = None
-    shared: Owed = field(default_factory=Owed)
+    shared: SharedContributions = field(default_factory=SharedContributions)
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Equivalence:
     expanded_uncertainty: float | None
 
 
-def difference(value: Value, reference: Value) -> Difference:
+def difference(value: UncertainValue, reference: UncertainValue) -> Difference:
     """Return a value less its reference. Errors that both name cancel as far as they act alike on both."""
     apart = value.value - reference.value
     relative = apart / abs(reference.value) if reference.value else None
@@ -76,7 +76,7 @@ def difference(value: Value, reference: Value) -> Difference:
     return Difference(apart, relative, expanded, apart / expanded if expanded else None, spread.half_width_95)
 
 
-def equivalences(values: Sequence[Value]) -> tuple[float, tuple[Equivalence, ...]]:
+def equivalences(values: Sequence[UncertainValue]) -> tuple[float, tuple[Equivalence, ...]]:
     """Return the mean of several values, and each one's degree of equivalence with it (d_i, U(d_i)).
 
     The mean of n values holds each of them, and errors that all have leave the deviation from it: d_i is the
@@ -99,10 +99,10 @@ def equivalences(values: Sequence[Value]) -> tuple[float, tuple[Equivalence, ...
     )
 
 
-def _joint(values: Sequence[Value]) -> Figures | None:
+def _joint(values: Sequence[UncertainValue]) -> Figures | None:
     """Return the values with what they share; None where one of them has no uncertainty."""
     known = [
-        Figure(v.value, v.expanded_uncertainty / _COVERAGE, v.shared)
+        RunFigure(v.value, v.expanded_uncertainty / _COVERAGE, v.shared)
         for v in values
         if v.expanded_uncertainty is not None
     ]

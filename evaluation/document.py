@@ -13,7 +13,7 @@ import numpy as np
 from bufferstand.evaluation.budget_lines import budget_entry
 from bufferstand.evaluation.conformity.candidates import candidate_of
 from bufferstand.evaluation.conformity.purposes import Purpose, decide_purposes
-from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.copies import RecordingIdentity, each_once
 from bufferstand.evaluation.document_types import (
     CycleEntry,
     EvaluationDocument,
@@ -140,9 +140,11 @@ def _with_purpose(entry: RunEntry, purpose: Purpose) -> RunEntry:
     return entry
 
 
-def _recording(run: RunEvaluation) -> Recording:
+def _recording(run: RunEvaluation) -> RecordingIdentity:
     facts = run.facts
-    return Recording(facts.path, facts.id, facts.sha256, facts.samples_sha256, facts.campaign, facts.started)
+    return RecordingIdentity(
+        facts.path, facts.id, facts.sha256, facts.samples_sha256, facts.campaign, facts.started
+    )
 
 
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> TogetherEntry:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.corners import corner_moment
-from bufferstand.evaluation.turn_sides import Side
+from bufferstand.evaluation.turn_sides import TurnNeighbourhood
 
 PLATEAU_BANDS = (0.001, 0.003, 0.01)
 """Half-widths of the bands, as shares of the height; the wider ones see a dwell during which it creeps."""
@@ -53,7 +53,7 @@ class Dwell:
     u_leave_s: float
 
 
-def plateau(side: Side) -> Dwell | None:
+def plateau(side: TurnNeighbourhood) -> Dwell | None:
     """Return the dwell about the peak, if it is one, at the finest scale at which it shows."""
     for share in PLATEAU_BANDS:
         band = max(PLATEAU_NOISE * side.sigma, share * side.wide_height)
@@ -66,7 +66,7 @@ def plateau(side: Side) -> Dwell | None:
     return None
 
 
-def _within(side: Side, band: float) -> tuple[slice, slice, float] | None:
+def _within(side: TurnNeighbourhood, band: float) -> tuple[slice, slice, float] | None:
     """Return the samples within one and nine bands about a dwell, and its level, if it is one."""
     near = side.value[side.above(side.value[side.peak] - 2.0 * band)]
     level = _middle(near)
@@ -87,7 +87,7 @@ def _middle(values: FloatArray) -> float:
     return float(order[half] if values.size % 2 else 0.5 * (order[half - 1] + order[half]))
 
 
-def _time_above(side: Side, inside: slice, level: float) -> float:
+def _time_above(side: TurnNeighbourhood, inside: slice, level: float) -> float:
     """Return the time between the crossings of a level, between samples: of four samples within the band of a
     rounded turn and six within nine bands, the span of the samples alone would make a dwell.
     """
@@ -107,7 +107,7 @@ def _share(inside: float, outside: float, level: float) -> float:
     return min(max(float((inside - level) / (inside - outside)), 0.0), 1.0) if inside > outside else 0.0
 
 
-def _resolution(side: Side) -> float:
+def _resolution(side: TurnNeighbourhood) -> float:
     """Return the smallest step between neighbours near the peak, 0 where it is no converter's."""
     near = side.value[side.above(side.value[side.peak] - _NEAR * side.height)]
     step = np.abs(np.diff(near))
@@ -115,7 +115,7 @@ def _resolution(side: Side) -> float:
     return least if least <= PLATEAU_BANDS[-1] * side.height else 0.0
 
 
-def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) -> Dwell:
+def _dwell(side: TurnNeighbourhood, inner: slice, outer: slice, level: float, band: float) -> Dwell:
     time, value = side.time_s[inner], side.value[inner]
     rise_s = float(time[0] - side.time_s[outer.start])
     fall_s = float(side.time_s[outer.stop - 1] - time[-1])
@@ -142,7 +142,7 @@ def _dwell(side: Side, inner: slice, outer: slice, level: float, band: float) ->
     )
 
 
-def _levels(side: Side, arrive_s: float, leave_s: float) -> tuple[float, float, float] | None:
+def _levels(side: TurnNeighbourhood, arrive_s: float, leave_s: float) -> tuple[float, float, float] | None:
     """Return the levels at both ends of a dwell, and their u; None where it has too few samples.
 
     Eighths of the dwell are averaged. Those at its ends that still belong to a rounded arrival lie below the

@@ -10,7 +10,7 @@ import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.turn_fits import LEAST_POINTS, MOST_POINTS, derivative, maxima, solved, value_at
-from bufferstand.evaluation.turn_sides import Side
+from bufferstand.evaluation.turn_sides import TurnNeighbourhood
 
 _EDGE_SHARES = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
 _WIDE, _ENOUGH = 0.2, 30
@@ -50,7 +50,7 @@ def _grouped(time_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatAr
     return time_s[:whole].reshape(shape).mean(axis=1), value[:whole].reshape(shape).mean(axis=1), group
 
 
-def edge_fits(sides: Sequence[Side]) -> list[EdgeFit]:
+def edge_fits(sides: Sequence[TurnNeighbourhood]) -> list[EdgeFit]:
     """Return the turning points at ends of the record, each from the one side that is there.
 
     Where a polynomial over the last part of the stroke has its maximum on record, or so little beyond that
@@ -66,7 +66,7 @@ def edge_fits(sides: Sequence[Side]) -> list[EdgeFit]:
     return [_surest(side, fits) for side, fits in zip(sides, found, strict=True)]
 
 
-def _surest(side: Side, fits: Sequence[EdgeFit]) -> EdgeFit:
+def _surest(side: TurnNeighbourhood, fits: Sequence[EdgeFit]) -> EdgeFit:
     if not fits:
         return _last_sample(side, side.sigma)
     noise = max(side.sigma, min(fit.residual for fit in fits), 1e-6 * side.height)
@@ -81,7 +81,7 @@ def _surest(side: Side, fits: Sequence[EdgeFit]) -> EdgeFit:
     return replace(surest, u=float(np.hypot(surest.u, beyond / np.sqrt(3.0))))
 
 
-def _last_sample(side: Side, noise: float) -> EdgeFit:
+def _last_sample(side: TurnNeighbourhood, noise: float) -> EdgeFit:
     end_s, end = float(side.time_s[side.peak]), float(side.value[side.peak])
     return EdgeFit("edge", end_s, end, noise, noise, at_end=end)
 
@@ -111,7 +111,7 @@ class _Window(NamedTuple):
     group: int
 
 
-def _windows(row: int, side: Side) -> list[_Window]:
+def _windows(row: int, side: TurnNeighbourhood) -> list[_Window]:
     windows = []
     for share in _EDGE_SHARES:
         window = side.above(side.value[side.peak] - share * side.height - 2.0 * side.sigma)
@@ -124,7 +124,7 @@ def _windows(row: int, side: Side) -> list[_Window]:
     return windows
 
 
-def _one_sided(sides: Sequence[Side], windows: Sequence[_Window], degree: int) -> list[EdgeFit]:
+def _one_sided(sides: Sequence[TurnNeighbourhood], windows: Sequence[_Window], degree: int) -> list[EdgeFit]:
     """Return the turn by a polynomial over each of some windows."""
     if not windows:
         return []
@@ -175,7 +175,7 @@ class _Polynomial:
     top: float
     bend: float
 
-    def turn(self, side: Side) -> EdgeFit:
+    def turn(self, side: TurnNeighbourhood) -> EdgeFit:
         """Return what it says of the turn."""
         end_s, root = float(side.time_s[side.peak]), float(np.sqrt(self.group))
         at_end, steep, bend = (float(c) for c in self.coefficients[:3])

@@ -17,7 +17,7 @@ MEAN, AMPLITUDE = "prestress_mm", "amplitude_mm"
 
 
 @dataclass(frozen=True)
-class HeldAgainst:
+class PlannedValue:
     """One figure of a step.
 
     Parameters
@@ -33,7 +33,7 @@ class HeldAgainst:
 
 
 @dataclass(frozen=True)
-class Expected:
+class PlannedTurns:
     """Lower and upper turn that the plan expected of the specimen [mm]."""
 
     lower_mm: float
@@ -50,7 +50,7 @@ class Expected:
         return 0.5 * (self.upper_mm - self.lower_mm)
 
 
-def held_against(step: Mapping[str, Any], name: str) -> HeldAgainst | None:
+def held_against(step: Mapping[str, Any], name: str) -> PlannedValue | None:
     """Return what a harmonic run is held against, None where nothing is on record.
 
     Parameters
@@ -62,14 +62,14 @@ def held_against(step: Mapping[str, Any], name: str) -> HeldAgainst | None:
     """
     asked = _number(step.get(name))
     if asked is None or step.get("compensate") is not False or name not in (MEAN, AMPLITUDE):
-        return None if asked is None else HeldAgainst(asked)
+        return None if asked is None else PlannedValue(asked)
     expected = expected_turns(step, "harmonic")
     if expected is None:
         return None
-    return HeldAgainst(expected.mean_mm if name == MEAN else expected.amplitude_mm, asked)
+    return PlannedValue(expected.mean_mm if name == MEAN else expected.amplitude_mm, asked)
 
 
-def expected_turns(step: Mapping[str, Any], motion: str) -> Expected | None:
+def expected_turns(step: Mapping[str, Any], motion: str) -> PlannedTurns | None:
     """Return where the plan expected the specimen to turn, None where that is not on record.
 
     Of a step with several motions of that kind no single pair of turns stands for all of them: None, too.
@@ -90,7 +90,7 @@ def expected_turns(step: Mapping[str, Any], motion: str) -> Expected | None:
     if len(found) != 1 or not isinstance(found[0], Mapping):
         return None
     lower_mm, upper_mm = _number(found[0].get("lower_mm")), _number(found[0].get("upper_mm"))
-    return None if lower_mm is None or upper_mm is None else Expected(lower_mm, upper_mm)
+    return None if lower_mm is None or upper_mm is None else PlannedTurns(lower_mm, upper_mm)
 
 
 def _number(value: object) -> float | None:

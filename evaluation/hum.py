@@ -24,14 +24,14 @@ _ORDER = 5
 _MAIN_LOBE = 2
 
 
-class Line(NamedTuple):
+class HumLine(NamedTuple):
     """A wave on a channel: frequency as the samples show it (folded, if it is faster) and amplitude."""
 
     frequency_Hz: float
     amplitude: float
 
 
-def lines_of(rows: FloatArray, step_s: float, cycle_s: float) -> tuple[Line, ...]:
+def lines_of(rows: FloatArray, step_s: float, cycle_s: float) -> tuple[HumLine, ...]:
     """Return the hum on a channel, strongest first.
 
     Parameters
@@ -60,7 +60,7 @@ def lines_of(rows: FloatArray, step_s: float, cycle_s: float) -> tuple[Line, ...
     return tuple(_line(rows, step_s, _refined(power, at) * float(frequency_Hz[1])) for at in found)
 
 
-def without_lines(rows: FloatArray, step_s: float, lines: Sequence[Line]) -> FloatArray:
+def without_lines(rows: FloatArray, step_s: float, lines: Sequence[HumLine]) -> FloatArray:
     """Return samples less the waves of these frequencies, each stretch by itself."""
     waves = _waves(rows.shape[1], step_s, lines)
     high = _differences(rows)
@@ -68,7 +68,7 @@ def without_lines(rows: FloatArray, step_s: float, lines: Sequence[Line]) -> Flo
     return rows - (waves.T @ found).T
 
 
-def _waves(size: int, step_s: float, lines: Sequence[Line]) -> FloatArray:
+def _waves(size: int, step_s: float, lines: Sequence[HumLine]) -> FloatArray:
     angle = 2.0 * np.pi * step_s * np.outer([line.frequency_Hz for line in lines], np.arange(size))
     return np.concatenate((np.cos(angle), np.sin(angle)))
 
@@ -116,7 +116,7 @@ def _refined(power: FloatArray, at: int) -> float:
     return at + (0.5 * float(low - high) / float(bend) if bend < 0.0 else 0.0)
 
 
-def _line(rows: FloatArray, step_s: float, frequency_Hz: float) -> Line:
-    waves = _waves(rows.shape[1], step_s, [Line(frequency_Hz, 1.0)])
+def _line(rows: FloatArray, step_s: float, frequency_Hz: float) -> HumLine:
+    waves = _waves(rows.shape[1], step_s, [HumLine(frequency_Hz, 1.0)])
     found, *_ = np.linalg.lstsq(_differences(waves).T, _differences(rows).T, rcond=None)
-    return Line(frequency_Hz, float(np.sqrt(np.mean(np.sum(found**2, axis=0)))))
+    return HumLine(frequency_Hz, float(np.sqrt(np.mean(np.sum(found**2, axis=0)))))

@@ -21,7 +21,7 @@ import numpy as np
 from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.motion import TurningPoint
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.turn_fits import Points, derivative, points_of, powers, solved, value_at
+from bufferstand.evaluation.turn_fits import WindowPoints, derivative, points_of, powers, solved, value_at
 from bufferstand.foundation.ranks import median
 
 _HALF_WIDTH = 0.25
@@ -297,7 +297,7 @@ def _spans(
     return np.where(known, lowest, 0), np.where(known, highest, 0)
 
 
-def _zeros(points: Points, sigma_mm: float) -> FloatArray:
+def _zeros(points: WindowPoints, sigma_mm: float) -> FloatArray:
     """Return where polynomials through points are 0 and the u of that [s], shape (2, R)."""
     last = np.take_along_axis(points.time_s, points.count[:, None] - 1, axis=1)[:, 0]
     middle, half = 0.5 * (points.time_s[:, 0] + last), 0.5 * (last - points.time_s[:, 0])

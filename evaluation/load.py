@@ -20,7 +20,7 @@ from bufferstand.evaluation.channels.signals import signals_of
 from bufferstand.evaluation.choices import ForceCell
 from bufferstand.evaluation.extremes.peaks import peaks_of
 from bufferstand.evaluation.facts.run_facts import EVENT, RunFacts
-from bufferstand.evaluation.long_runs import Bounds, long_record, on_time, thinned
+from bufferstand.evaluation.long_runs import MemoryBounds, long_record, on_time, thinned
 from bufferstand.evaluation.record import Ends, Record, Temperature, make_record
 from bufferstand.evaluation.told import guard_doubts
 from bufferstand.foundation.channel import Channel, ChannelUncertainty
@@ -38,7 +38,7 @@ _LOOKED_AT = 4096
 """So many samples at a time are searched for a number."""
 
 
-def load_run(path: Path, bounds: Bounds | None = None) -> tuple[Record, RunFacts]:
+def load_run(path: Path, bounds: MemoryBounds | None = None) -> tuple[Record, RunFacts]:
     """Read a run file.
 
     Parameters
@@ -58,10 +58,10 @@ def load_run(path: Path, bounds: Bounds | None = None) -> tuple[Record, RunFacts
         If it is no run file, is damaged, or lacks force or stroke.
     """
     with opened_run(path) as run:
-        return _read(run, bounds or Bounds())
+        return _read(run, bounds or MemoryBounds())
 
 
-def _read(run: Run, bounds: Bounds) -> tuple[Record, RunFacts]:
+def _read(run: Run, bounds: MemoryBounds) -> tuple[Record, RunFacts]:
     wires = _wires(run, bounds)
     facts = _facts(run, wires)
     try:
@@ -82,7 +82,7 @@ def _faults_of(sensor: Temperature) -> list[str]:
     return said(name, sensor.faults, int(np.count_nonzero(np.isfinite(sensor.temperature_C))) + faulty)
 
 
-def _explained(run: Run, error: BadInput, bounds: Bounds) -> BadInput:
+def _explained(run: Run, error: BadInput, bounds: MemoryBounds) -> BadInput:
     """Return what is wrong with a record that cannot be used: which of its columns hold no number."""
     for name in ("force", *STROKES):
         if not run.has(name):
@@ -117,7 +117,7 @@ def _explained(run: Run, error: BadInput, bounds: Bounds) -> BadInput:
     return BadInput(error.problem, file=run.path, place=error.place, remedy=error.remedy)
 
 
-def _series_of(run: Run, channel: str, bounds: Bounds) -> Iterator[Series]:
+def _series_of(run: Run, channel: str, bounds: MemoryBounds) -> Iterator[Series]:
     """Return a channel as a whole, or in pieces where it is long."""
     if run.stream_of(channel).rows <= bounds.whole_rows:
         yield run.series(channel)
@@ -126,7 +126,7 @@ def _series_of(run: Run, channel: str, bounds: Bounds) -> Iterator[Series]:
         yield block[channel]
 
 
-def _wires(run: Run, bounds: Bounds) -> list[str]:
+def _wires(run: Run, bounds: MemoryBounds) -> list[str]:
     """Return the stroke channels that hold a number: an empty column is a wire that was not there."""
     there = [name for name in STROKES if run.has(name)]
     filled = [
@@ -140,7 +140,7 @@ def _holds_number(values: FloatArray) -> bool:
     return any(np.isfinite(values[first : first + _LOOKED_AT]).any() for first in parts)
 
 
-def _record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tuple[str, ...]]:
+def _record(run: Run, wires: Sequence[str], bounds: MemoryBounds) -> tuple[Record, tuple[str, ...]]:
     temperatures = _temperatures(run, bounds)
     if wires and run.stream_of(wires[0]).rows > bounds.whole_rows:
         record, problems = long_record(run, wires, bounds)
@@ -213,7 +213,7 @@ def _on_time(run: Run, channel: str, time_s: FloatArray, breaks: Sequence[int]) 
     return on_time(series.time_s, series.value, time_s, [0, *breaks, time_s.size])
 
 
-def _temperatures(run: Run, bounds: Bounds) -> tuple[Temperature, ...]:
+def _temperatures(run: Run, bounds: MemoryBounds) -> tuple[Temperature, ...]:
     roles = _roles(run.metadata)
     found = []
     for stream in run.streams.values():

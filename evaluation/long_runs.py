@@ -42,7 +42,7 @@ _MOST_TAKEN = 0.05
 
 
 @dataclass(frozen=True)
-class Bounds:
+class MemoryBounds:
     """How much of a run is held at once."""
 
     whole_rows: int = 1_000_000
@@ -59,7 +59,7 @@ class Bounds:
         return -(-rows // self.points)
 
 
-def long_record(run: Run, wires: Sequence[str], bounds: Bounds) -> tuple[Record, tuple[str, ...]]:
+def long_record(run: Run, wires: Sequence[str], bounds: MemoryBounds) -> tuple[Record, tuple[str, ...]]:
     """Return the record of a long run without its temperatures, and what is wrong with it.
 
     Parameters
@@ -339,7 +339,7 @@ def _longest_usual_step_s(run: Run, stream: str, rows: int) -> float:
 
 
 def thinned(
-    run: Run, channel: str, bounds: Bounds, ends_of: Callable[[Series], Ends | None]
+    run: Run, channel: str, bounds: MemoryBounds, ends_of: Callable[[Series], Ends | None]
 ) -> tuple[Series, Ends | None]:
     """Return a slow channel that was recorded fast: every k-th of its samples, and the ends of all of them.
 

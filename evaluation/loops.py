@@ -16,7 +16,7 @@ from bufferstand.evaluation.reversals import noise_sigma, without_fast_hum
 from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
 from bufferstand.evaluation.turns.force_extremes import ForceExtremes, Inside, force_extremes
 from bufferstand.evaluation.turns.of_cycles import BY_SPEED, arrivals, arriving, at_rests, by_speed, creeping
-from bufferstand.evaluation.turns.windows import Ends
+from bufferstand.evaluation.turns.windows import BranchEnds
 
 __all__ = ["DENSE_SAMPLES", "CutLoops", "LoopStack", "cut_loop", "cut_loops"]
 
@@ -189,8 +189,8 @@ def _cut(
     starts, ends, arrived = end_forces(
         record,
         (
-            (Ends(both.start_s, first, *reach, begins, smooth[0]), most_asked),
-            (Ends(both.end_s, last, *reach, arrives, smooth[1]), most_asked),
+            (BranchEnds(both.start_s, first, *reach, begins, smooth[0]), most_asked),
+            (BranchEnds(both.end_s, last, *reach, arrives, smooth[1]), most_asked),
             (before_first, rows.size if alone else MOST_ASKED),
         ),
         *noise,

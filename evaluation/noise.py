@@ -20,7 +20,7 @@ import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.dwells import EASED_S
-from bufferstand.evaluation.hum import Line, lines_of, without_lines
+from bufferstand.evaluation.hum import HumLine, lines_of, without_lines
 from bufferstand.evaluation.inertia import InertiaForce
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.record import Record
@@ -73,7 +73,7 @@ class Spectrum:
     frequency_Hz: FloatArray
     density: FloatArray
     step_s: float
-    lines: tuple[Line, ...] = ()
+    lines: tuple[HumLine, ...] = ()
 
     def at(self, frequency_Hz: FloatArray) -> FloatArray:
         """Return the density at frequencies, 0 beyond what the samples can show."""
@@ -174,7 +174,7 @@ class Noise:
     stroke_mm: float
     force: Spectrum | None = None
     stroke: Spectrum | None = None
-    force_lines: tuple[Line, ...] = ()
+    force_lines: tuple[HumLine, ...] = ()
 
 
 def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Sequence[Cycle] = ()) -> Noise:
@@ -259,7 +259,7 @@ def _by_differences(rows: FloatArray, step_s: float, cycle_s: float, sigma: floa
 
 
 def _by_cycles(
-    time_s: FloatArray, values: FloatArray, cycles: Sequence[Cycle], lines: Sequence[Line]
+    time_s: FloatArray, values: FloatArray, cycles: Sequence[Cycle], lines: Sequence[HumLine]
 ) -> list[Point]:
     """Return frequencies and densities by what three cycles in a row differ by, slowest first.
 
@@ -282,7 +282,7 @@ def _by_cycles(
 
 
 def _by_rests(
-    time_s: FloatArray, values: FloatArray, cycles: Sequence[Cycle], lines: Sequence[Line], step_s: float
+    time_s: FloatArray, values: FloatArray, cycles: Sequence[Cycle], lines: Sequence[HumLine], step_s: float
 ) -> list[Point]:
     """Return frequencies and densities by the readings of rests between cycles, slowest first.
 
@@ -306,7 +306,7 @@ def _by_rests(
     return _in_bands(np.stack([_power(time_s[p], values[p], lines, step_s) for p in even]), size * step_s)
 
 
-def _power(time_s: FloatArray, values: FloatArray, lines: Sequence[Line], step_s: float) -> FloatArray:
+def _power(time_s: FloatArray, values: FloatArray, lines: Sequence[HumLine], step_s: float) -> FloatArray:
     """Return the density of what a parabola and hum leave of even samples, shape (N // 2 + 1,)."""
     phase = np.arange(values.size) / values.size
     waves = [2.0 * np.pi * line.frequency_Hz * time_s for line in lines]
@@ -323,7 +323,7 @@ def _repeats(cycle: Cycle) -> bool:
 
 
 def _difference_power(
-    time_s: FloatArray, values: FloatArray, three: Sequence[Cycle], points: int, lines: Sequence[Line]
+    time_s: FloatArray, values: FloatArray, three: Sequence[Cycle], points: int, lines: Sequence[HumLine]
 ) -> FloatArray:
     """Return the density of the second difference of three cycles by harmonic, shape (points // 2 + 1,).
 

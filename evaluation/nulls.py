@@ -8,12 +8,12 @@ from bufferstand.evaluation.facts.draw_wires import DrawWires
 from bufferstand.evaluation.facts.skew_sensitivity import SkewSensitivity
 from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.results import CycleResult, RequirementResult, Summary
-from bufferstand.evaluation.steps.sum_up import SummedUp
+from bufferstand.evaluation.steps.sum_up import StepFigures
 
 
 def missing_warnings(
     results: Sequence[CycleResult],
-    whole: SummedUp,
+    whole: StepFigures,
     requirements: Sequence[RequirementResult],
     wires: DrawWires | None,
     numbered: Callable[[Sequence[int]], str],
@@ -49,7 +49,7 @@ def missing_warnings(
     return warnings
 
 
-def _summaries(whole: SummedUp) -> list[tuple[str, Summary, SkewSensitivity | None]]:
+def _summaries(whole: StepFigures) -> list[tuple[str, Summary, SkewSensitivity | None]]:
     """Return summary and effect of skew of the run, or of each of its steps, with words for which."""
     if not whole.steps:
         return [("", whole.summary, whole.skew_sensitivity)]

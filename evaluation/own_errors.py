@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.hum import Line
+from bufferstand.evaluation.hum import HumLine
 from bufferstand.foundation.ranks import median
 
 _OWN = 5
@@ -35,7 +35,7 @@ class OwnErrors:
         Distance of the samples that the hum was found in.
     """
 
-    lines: tuple[Line, ...] = ()
+    lines: tuple[HumLine, ...] = ()
     drift_kN: float = 0.0
     start_s: float = 0.0
     end_s: float = 1.0
@@ -79,7 +79,7 @@ class OwnErrors:
         return np.stack(columns, axis=1) if columns else np.zeros((draws, 0))
 
 
-def _left(line: Line, sample_s: float, each: float) -> float:
+def _left(line: HumLine, sample_s: float, each: float) -> float:
     """Return how much of a wave is left in means over so many samples."""
     half = np.pi * line.frequency_Hz * sample_s
     if each <= 1.0 or half == 0.0:
@@ -87,7 +87,7 @@ def _left(line: Line, sample_s: float, each: float) -> float:
     return abs(float(np.sin(each * half) / (each * np.sin(half))))
 
 
-def own_errors(lines: Sequence[Line], drift_kN: float, time_s: FloatArray) -> OwnErrors:
+def own_errors(lines: Sequence[HumLine], drift_kN: float, time_s: FloatArray) -> OwnErrors:
     """Return a run's own errors, with hum as it was found and the drift that is stated.
 
     Parameters

@@ -9,9 +9,18 @@ import numpy as np
 
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.figures import loops, timeline, trends
 from bufferstand.evaluation.figures.decimate import kept_samples
+from bufferstand.evaluation.figures.loops import (
+    FORCE_LABEL,
+    STROKE_LABEL,
+    LoopCurve,
+    amplitude_loops,
+    dynamic_loops,
+    frequency_loops,
+)
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Level, Plot
+from bufferstand.evaluation.figures.timeline import STROKE, TEMPERATURE, TimelineStep, Trace, stroke_plot
+from bufferstand.evaluation.figures.trends import TrendSeries
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.run import evaluate_run
@@ -48,7 +57,7 @@ _SHOWN_C = (25.0, 40.0, 50.0, 60.0, 65.0)
 
 
 @dataclass(frozen=True)
-class Figure:
+class PaperFigure:
     """A figure of the paper, drawn anew; ``name`` is also its file's."""
 
     name: str
@@ -57,7 +66,7 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Row:
+class PaperRow:
     """A published figure beside ours; ``paper`` is None where the paper prints no number."""
 
     figure: str
@@ -74,14 +83,14 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PaperComparison:
     """All figures, in the order of the paper, and the table."""
 
-    figures: tuple[Figure, ...]
-    rows: tuple[Row, ...]
+    figures: tuple[PaperFigure, ...]
+    rows: tuple[PaperRow, ...]
 
 
-def compare_with_paper(buffer: SpringModel, draw_hook: SpringModel) -> Comparison:
+def compare_with_paper(buffer: SpringModel, draw_hook: SpringModel) -> PaperComparison:
     """Simulate, evaluate and draw everything: some seconds.
 
     Parameters
@@ -100,10 +109,10 @@ def compare_with_paper(buffer: SpringModel, draw_hook: SpringModel) -> Compariso
     ]
     figures = [figure for part in parts for figure in part[0]]
     rows = [row for part in parts for row in part[1]]
-    return Comparison(tuple(sorted(figures, key=lambda f: f.name)), tuple(rows))
+    return PaperComparison(tuple(sorted(figures, key=lambda f: f.name)), tuple(rows))
 
 
-_Part = tuple[list[Figure], list[Row]]
+_Part = tuple[list[PaperFigure], list[PaperRow]]
 
 
 def _sequence(buffer: SpringModel) -> _Part:
@@ -112,27 +121,27 @@ def _sequence(buffer: SpringModel) -> _Part:
     static = _loop(runs[0])
     dynamic = [_last_loop(run) for run in runs[1:]]
     middle = [loop for loop in dynamic if loop.prestress_mm == SEQUENCE_mm[1][0]]
-    trace = timeline.Trace("stroke", whole.time_s, whole.stroke_mm)
-    steps = [timeline.Step(str(n), r.time_s[0], r.time_s[-1]) for n, r in enumerate(runs, start=1)]
+    trace = Trace("stroke", whole.time_s, whole.stroke_mm)
+    steps = [TimelineStep(str(n), r.time_s[0], r.time_s[-1]) for n, r in enumerate(runs, start=1)]
     high = [_first_cycle(run) for run in runs if run.prestress_mm == SEQUENCE_mm[2][0]][-1]
     below = _under_static(high, runs[0])
     rows = [
-        Row("4, 5", "lowest frequency at 80 mm/s, 48.5 ± 30 mm", "Hz", 0.42, frequency_of(30.0), ""),
-        Row("4, 5", "highest frequency at 80 mm/s, 5 mm", "Hz", 2.55, frequency_of(5.0), ""),
-        Row(
+        PaperRow("4, 5", "lowest frequency at 80 mm/s, 48.5 ± 30 mm", "Hz", 0.42, frequency_of(30.0), ""),
+        PaperRow("4, 5", "highest frequency at 80 mm/s, 5 mm", "Hz", 2.55, frequency_of(5.0), ""),
+        PaperRow(
             "5", "upper turn of 78 ± 15 mm below the quasi-static curve, first loop", "%", None, below,
             _WHY["warm"],
         ),
-        Row(
+        PaperRow(
             "4, 5", "temperature at the end of the sequence (stop at 40 °C in the paper)", "°C", None,
             float(whole.temperature_C.max()),
             "depends on C, which is assumed (15 kJ/K), and on the pauses, which are not published",
         ),
     ]  # fmt: skip
     figures = [
-        Figure("fig-04", "Loading sequence: required stroke over time", timeline.stroke_plot([trace], steps)),
-        Figure("fig-05", "Quasi-static and dynamic characteristics", loops.dynamic_loops(dynamic, static)),
-        Figure("fig-07", "Equal peak speed, 48.5 mm prestress", loops.amplitude_loops(middle, static)),
+        PaperFigure("fig-04", "Loading sequence: required stroke over time", stroke_plot([trace], steps)),
+        PaperFigure("fig-05", "Quasi-static and dynamic characteristics", dynamic_loops(dynamic, static)),
+        PaperFigure("fig-07", "Equal peak speed, 48.5 mm prestress", amplitude_loops(middle, static)),
     ]
     return figures, rows
 
@@ -146,14 +155,14 @@ def _constant_amplitude(buffer: SpringModel, static: SimulatedRun) -> _Part:
     drawn = [_last_loop(run) for run in runs]
     over = [_over_static(_last_cycle(run), static) for run in (runs[0], runs[-1])]
     rows = [
-        Row(
+        PaperRow(
             "6", "loading branch over the quasi-static one, at the upper turn, 1.27 Hz", "%", None, over[1],
             _WHY["over"],
         ),
-        Row("6", "the same at 0.08 Hz", "%", None, over[0], ""),
+        PaperRow("6", "the same at 0.08 Hz", "%", None, over[0], ""),
     ]  # fmt: skip
-    plot = loops.frequency_loops(drawn, _loop(static))
-    return [Figure("fig-06", "Equal amplitude, 20 ± 20 mm, by frequency", plot)], rows
+    plot = frequency_loops(drawn, _loop(static))
+    return [PaperFigure("fig-06", "Equal amplitude, 20 ± 20 mm, by frequency", plot)], rows
 
 
 def _trends(buffer: SpringModel) -> _Part:
@@ -168,7 +177,7 @@ def _trends(buffer: SpringModel) -> _Part:
             if (amplitude, frequency) in published:
                 paper = published[amplitude, frequency]
                 what = f"damping, 0 to {2.0 * amplitude:g} mm, {frequency:g} Hz"
-                rows.append(Row("8a", what, "1", paper, values[-1], "the specimen was made to show it"))
+                rows.append(PaperRow("8a", what, "1", paper, values[-1], "the specimen was made to show it"))
         series.append(_trend(f"0 to {2.0 * amplitude:g} mm", frequencies, values))
     stiff = []
     for prestress, amplitudes in SEQUENCE_mm[1:]:
@@ -183,15 +192,17 @@ def _trends(buffer: SpringModel) -> _Part:
         lowest, highest = int(np.argmin(at_Hz)), int(np.argmax(at_Hz))
         what = f"stiffness at {prestress:g} mm, {at_Hz[highest]:.2f} over {at_Hz[lowest]:.2f} Hz"
         rows.append(
-            Row(
+            PaperRow(
                 "8b", what, "1", None, values[highest] / values[lowest],
                 _WHY["8b"],
             )
         )  # fmt: skip
     tangent = _axis("tangent_stiffness_kN_per_mm")
     figures = [
-        Figure("fig-08a", "Damping over frequency at 25 °C", trends.trend_plot(series, _axis("damping"))),
-        Figure(
+        PaperFigure(
+            "fig-08a", "Damping over frequency at 25 °C", trends.trend_plot(series, _axis("damping"))
+        ),
+        PaperFigure(
             "fig-08b",
             "Stiffness over frequency at 25 °C, 80 mm/s",
             trends.trend_plot(stiff, tangent),
@@ -214,26 +225,26 @@ def _draw_hook(hook: SpringModel) -> _Part:
     for (x, T), cycle, force, damping in zip(ends, evaluated, (593.0, 374.0), (39.0, 37.0), strict=True):
         values = cycle.quantities
         top = _figure_of(values.force_max_kN)
-        rows.append(Row("9", f"end force, {x:g} mm, {T:g} °C", "kN", force, top, made))
+        rows.append(PaperRow("9", f"end force, {x:g} mm, {T:g} °C", "kN", force, top, made))
         percent = 100.0 * _figure_of(values.damping)
-        rows.append(Row("9", f"damping, {x:g} mm, {T:g} °C", "%", damping, percent, f"{made} (c_eta)"))
+        rows.append(PaperRow("9", f"damping, {x:g} mm, {T:g} °C", "%", damping, percent, f"{made} (c_eta)"))
     for stroke in (42.5, 44.5):
         cold, warm = (predict_static(hook, 1e4, stroke, 5.0, T).absorbed_energy_J for T in (25.0, 75.0))
         remark = "“under the condition of a similar stroke value”, read as equal stroke"
         change = 100.0 * (warm / cold - 1.0)
         rows.append(
-            Row("9", f"dissipation, 75 against 25 °C, both to {stroke:g} mm", "%", -45.0, change, remark)
+            PaperRow("9", f"dissipation, 75 against 25 °C, both to {stroke:g} mm", "%", -45.0, change, remark)
         )
     cold, warm = (_figure_of(cycle.quantities.absorbed_energy_J) for cycle in evaluated)
     rows.append(
-        Row(
+        PaperRow(
             "9", "dissipation, 44.5 mm at 75 °C against 42.5 mm at 25 °C", "%", -45.0,
             100.0 * (warm / cold - 1.0), _WHY["unequal"],
         )
     )  # fmt: skip
     plot = Plot(
-        loops.STROKE_LABEL,
-        loops.FORCE_LABEL,
+        STROKE_LABEL,
+        FORCE_LABEL,
         curves=tuple(
             Curve(run.name, run.stroke_mm, run.force_kN, tone=tone, dash=n)
             for n, (run, tone) in enumerate(zip(runs, (BLACK, 1), strict=True))
@@ -241,7 +252,7 @@ def _draw_hook(hook: SpringModel) -> _Part:
         x_range=(0.0, 46.0),
         y_range=(0.0, 650.0),
     )
-    return [Figure("fig-09", "Draw hook at 25 and 75 °C", plot)], rows
+    return [PaperFigure("fig-09", "Draw hook at 25 and 75 °C", plot)], rows
 
 
 def _constant_temperature(buffer: SpringModel, static: SimulatedRun) -> _Part:
@@ -256,13 +267,15 @@ def _constant_temperature(buffer: SpringModel, static: SimulatedRun) -> _Part:
     law = buffer.temperature
     expected = 100.0 * law.sensitivity_per_K * 10.0 * -np.expm1(-(prestress + amplitudes[-1]) / law.depth_mm)
     rows = [
-        Row(
+        PaperRow(
             "10", "upper turn of 48.5 ± 30 mm below the quasi-static curve, 35 °C", "%", None, tops[-1],
             f"eq. (5) alone gives {expected:.1f} % with our alpha of {law.depth_mm:g} mm; " + _WHY["10"],
         )
     ]  # fmt: skip
-    plot = loops.amplitude_loops(drawn, _loop(static))
-    return [Figure("fig-10", "Loops of a spring of 35 °C over the quasi-static one of 25 °C", plot)], rows
+    plot = amplitude_loops(drawn, _loop(static))
+    return [
+        PaperFigure("fig-10", "Loops of a spring of 35 °C over the quasi-static one of 25 °C", plot)
+    ], rows
 
 
 def _warming(buffer: SpringModel, static: SimulatedRun) -> _Part:
@@ -274,7 +287,7 @@ def _warming(buffer: SpringModel, static: SimulatedRun) -> _Part:
         energies.append(_line(label, run.time_s, run.heat_J / 1e3, tone))
         heats.append(_line(label, run.time_s, run.temperature_C, tone))
         if rule == "paper":
-            figures.append(_over_time("fig-11a", "Loading scenario", timeline.STROKE,
+            figures.append(_over_time("fig-11a", "Loading scenario", STROKE,
                                       [_line("stroke", run.time_s, run.stroke_mm, tone)]))  # fmt: skip
             figures.append(_warm_loops(run, begin, static))
             size = run.points_per_cycle
@@ -282,9 +295,11 @@ def _warming(buffer: SpringModel, static: SimulatedRun) -> _Part:
                 float(run.force_kN[k : k + size].max())
                 for k in (begin, int(np.argmax(run.temperature_C >= 62.5)))
             ]
-            rows.append(Row("12", "frequency of 78 ± 15 mm at 80 mm/s", "Hz", 0.85, run.frequency_Hz, ""))
             rows.append(
-                Row(
+                PaperRow("12", "frequency of 78 ± 15 mm at 80 mm/s", "Hz", 0.85, run.frequency_Hz, "")
+            )
+            rows.append(
+                PaperRow(
                     "12", "force at the upper turn at 62.5 °C over that of the first cycle", "1", None,
                     tops[1] / tops[0],
                     f"{tops[0]:.0f} and {tops[1]:.0f} kN. " + _WHY["12"],
@@ -292,17 +307,17 @@ def _warming(buffer: SpringModel, static: SimulatedRun) -> _Part:
             )  # fmt: skip
         reached = float(run.time_s[int(np.argmax(run.temperature_C >= 60.0))] - run.time_s[begin])
         rows.append(
-            Row(
+            PaperRow(
                 "11", f"time from the first loop to 60 °C, {label}", "s", None, reached,
                 _WHY["11"],
             )
         )  # fmt: skip
     figures.append(_over_time("fig-11b", "Energy absorbed", "Energy absorbed [kJ]", energies))
-    figures.append(_over_time("fig-11c", "Temperature", timeline.TEMPERATURE, heats, (Level(60.0, "60 °C"),)))
+    figures.append(_over_time("fig-11c", "Temperature", TEMPERATURE, heats, (Level(60.0, "60 °C"),)))
     return figures, rows
 
 
-def _warm_loops(run: SimulatedRun, begin: int, static: SimulatedRun) -> Figure:
+def _warm_loops(run: SimulatedRun, begin: int, static: SimulatedRun) -> PaperFigure:
     size, drawn = run.points_per_cycle, []
     starts = np.arange(begin, len(run.time_s) - size, size)
     for n, T in enumerate(_SHOWN_C):
@@ -312,18 +327,18 @@ def _warm_loops(run: SimulatedRun, begin: int, static: SimulatedRun) -> Figure:
         drawn.append(Curve(label, cycle.stroke_mm, cycle.force_kN, tone=n, dash=n))
     envelope = Curve("quasi-static, 25 °C", static.stroke_mm, static.force_kN, BLACK, -1, filled=True)
     plot = Plot(
-        loops.STROKE_LABEL,
-        loops.FORCE_LABEL,
+        STROKE_LABEL,
+        FORCE_LABEL,
         curves=(envelope, *drawn),
         x_range=(0.0, 98.0),
         y_range=(0.0, 620.0),
     )
-    return Figure("fig-12", "Loops of a spring that warms up, eq. (8)", plot)
+    return PaperFigure("fig-12", "Loops of a spring that warms up, eq. (8)", plot)
 
 
 def _over_time(
     name: str, caption: str, label: str, curves: Iterable[Curve], levels: tuple[Level, ...] = ()
-) -> Figure:
+) -> PaperFigure:
     drawn = tuple(curves)
     end = max(float(curve.x[-1]) for curve in drawn)
     top = max([float(curve.y.max()) for curve in drawn] + [level.at for level in levels])
@@ -331,7 +346,7 @@ def _over_time(
         "Time [s]", label, kind="timeline", curves=drawn, levels=levels, x_range=(0.0, end),
         y_range=(0.0, 1.05 * top), height_mm=60.0,
     )  # fmt: skip
-    return Figure(name, caption, plot)
+    return PaperFigure(name, caption, plot)
 
 
 def _line(label: str, x: Floats, y: Floats, tone: int) -> Curve:
@@ -339,10 +354,10 @@ def _line(label: str, x: Floats, y: Floats, tone: int) -> Curve:
     return Curve(label, x[kept], y[kept], tone=tone, dash=tone)
 
 
-def _trend(label: str, frequencies: Sequence[float], values: Sequence[float]) -> trends.TrendSeries:
+def _trend(label: str, frequencies: Sequence[float], values: Sequence[float]) -> TrendSeries:
     x, y = np.array(frequencies), np.array(values)
     slope, intercept = (float(figure) for figure in np.polyfit(x, y, 1))
-    return trends.TrendSeries(label, x, y, np.zeros_like(y), slope, intercept)
+    return TrendSeries(label, x, y, np.zeros_like(y), slope, intercept)
 
 
 def _evaluated(run: SimulatedRun, kind: str = "harmonic") -> CycleResult:
@@ -366,13 +381,13 @@ def _first_cycle(run: SimulatedRun) -> SimulatedRun:
     return run.part(0, run.points_per_cycle + 1)
 
 
-def _last_loop(run: SimulatedRun) -> loops.Loop:
+def _last_loop(run: SimulatedRun) -> LoopCurve:
     return _loop(_last_cycle(run))
 
 
-def _loop(run: SimulatedRun) -> loops.Loop:
+def _loop(run: SimulatedRun) -> LoopCurve:
     known = (run.prestress_mm, run.amplitude_mm, run.frequency_Hz) if run.frequency_Hz else (None,) * 3
-    return loops.Loop(run.name, 1, run.stroke_mm, run.force_kN, *known)
+    return LoopCurve(run.name, 1, run.stroke_mm, run.force_kN, *known)
 
 
 def _over_static(cycle: SimulatedRun, static: SimulatedRun) -> float:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.channels.between import Between
-from bufferstand.evaluation.channels.sensors import SensorFault
+from bufferstand.evaluation.channels.between import InterpolationLimits
+from bufferstand.evaluation.channels.sensors import InvalidReadings
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.defects import Cleaner, Defect, gap
 from bufferstand.evaluation.gaps.clock import understand
@@ -62,7 +62,7 @@ class Temperature:
     place: str = ""
     accuracy_C: float | None = None
     """Limit of the sensor's error, where it is known."""
-    faults: tuple[SensorFault, ...] = ()
+    faults: tuple[InvalidReadings, ...] = ()
     """What it showed besides that is no reading; it is not among ``temperature_C``."""
     ends: Ends | None = None
     """Of all its readings, where those that are here were picked from more."""
@@ -126,7 +126,7 @@ class Record:
     moment_error_s: float = 0.0
     notes: tuple[str, ...] = ()
     ends: Mapping[str, Ends] = field(default_factory=dict)
-    between: Between | None = None
+    between: InterpolationLimits | None = None
     by_event: bool = False
     filled_s: tuple[tuple[float, float], ...] = ()
     drift_kN: float = 0.0

@@ -16,7 +16,7 @@ from bufferstand.evaluation.extremes.of_run import Recorded, extreme_warnings, r
 from bufferstand.evaluation.facts.draw_wires import DrawWires
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.facts.shared_errors import SharedErrors
-from bufferstand.evaluation.gaps.found import Found, found_in
+from bufferstand.evaluation.gaps.found import CyclesOfRecord, found_in
 from bufferstand.evaluation.held_against import held_against
 from bufferstand.evaluation.history.of_run import history_of
 from bufferstand.evaluation.noise import Noise, record_noise
@@ -26,9 +26,9 @@ from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.codes import without_codes
 from bufferstand.evaluation.plausibility.detectors import look_for_implausible
 from bufferstand.evaluation.plausibility.jumps import slips_s
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.means import division_without, summed_without_claims, unfit_warnings
-from bufferstand.evaluation.plausibility.reads import Spoiled, doubted, without_claims
+from bufferstand.evaluation.plausibility.reads import SpoiledFigures, doubted, without_claims
 from bufferstand.evaluation.plausibility.spikes import without_spikes
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.decision import run_verdict
@@ -45,7 +45,7 @@ from bufferstand.evaluation.results import CycleResult, Measured, RequirementRes
 from bufferstand.evaluation.reversals import Sampling
 from bufferstand.evaluation.steps.corrections import with_settling
 from bufferstand.evaluation.steps.divide import Division
-from bufferstand.evaluation.steps.sum_up import Evaluated, SummedUp, sum_up
+from bufferstand.evaluation.steps.sum_up import EvaluatedCycles, StepFigures, sum_up
 from bufferstand.evaluation.summary import MeanOfDraws
 from bufferstand.evaluation.uncertain_results import with_uncertainty
 from bufferstand.evaluation.wires import check_wires
@@ -93,8 +93,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     record, turns, coarse = condensed_for(_without_readings(calm), facts.kind, _known_sampling(seen, calm))
     interval_s = limits.conditions.reading_interval_max_s
 
-    def look_at(found: Found) -> Look:
-        return Look(samples, found.record, found.results, facts, wires, seen, coded)
+    def look_at(found: CyclesOfRecord) -> RunView:
+        return RunView(samples, found.record, found.results, facts, wires, seen, coded)
 
     find = partial(found_in, record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     found = with_settling(_found_without_slips(find, look_at), facts.stroke_events)
@@ -126,7 +126,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     ]
 
     whole = sum_up(
-        Evaluated(
+        EvaluatedCycles(
             record, facts, results, found.loops, prepared, tallies, regression, bool(options.draws), added
         ),
         division,
@@ -205,15 +205,17 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     )
 
 
-def _found_without_slips(find: Callable[..., Found], look_at: Callable[[Found], Look]) -> Found:
+def _found_without_slips(
+    find: Callable[..., CyclesOfRecord], look_at: Callable[[CyclesOfRecord], RunView]
+) -> CyclesOfRecord:
     """Find the cycles; where the stroke jumps against its motion, once more without the turns that makes."""
     found = find()
     slipped_s = slips_s(look_at(found))
     return find(slips_s=slipped_s) if slipped_s else found
 
 
-def _spoiled(look: Look) -> Spoiled:
-    return Spoiled(tuple(doubted_signals(look, look_for_implausible(look))))
+def _spoiled(look: RunView) -> SpoiledFigures:
+    return SpoiledFigures(tuple(doubted_signals(look, look_for_implausible(look))))
 
 
 def _looked_at(seen: Channels, facts: RunFacts) -> tuple[Channels, Record, RunFacts, DrawWires | None]:
@@ -238,13 +240,13 @@ def _without_readings(record: Record) -> Record:
     return replace(record, as_recorded={}, signals=None) if record.as_recorded or record.signals else record
 
 
-def _all_complete(results: Sequence[CycleResult], spoiled: Spoiled) -> tuple[int, ...]:
+def _all_complete(results: Sequence[CycleResult], spoiled: SpoiledFigures) -> tuple[int, ...]:
     """Return what stands for the run in comparisons where no cycle is steady: all complete cycles."""
     complete = tuple(r.cycle.index for r in results if r.cycle.complete)
     return tuple(number for number in complete if number not in spoiled.cycles) or complete
 
 
-def _drawn_errors(facts: RunFacts, options: Options, found: Found) -> Draws | None:
+def _drawn_errors(facts: RunFacts, options: Options, found: CyclesOfRecord) -> Draws | None:
     """Return the errors of the channels, drawn; None where none are asked for or stated."""
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     if not options.draws or facts.force_uncertainty is None or not facts.stroke_uncertainty:
@@ -256,7 +258,7 @@ def _missing_facts(facts: RunFacts) -> list[str]:
     return missing_facts(facts.force_uncertainty, facts.stroke_uncertainty)
 
 
-def _noise_of_samples(samples: Record, found: Found) -> Noise:
+def _noise_of_samples(samples: Record, found: CyclesOfRecord) -> Noise:
     """Return the noise of every sample: means of some, which the cycles are found in, have less of it."""
     if samples.time_s.size == found.record.time_s.size:
         return found.prepared.noise
@@ -349,7 +351,7 @@ def _numbered(numbers: Sequence[int]) -> str:
     return ("cycle " if len(numbers) == 1 else "cycles ") + ", ".join(texts)
 
 
-def _off_plan(facts: RunFacts, whole: SummedUp) -> list[str]:
+def _off_plan(facts: RunFacts, whole: StepFigures) -> list[str]:
     """Return a warning for every figure in which a harmonic run is not the step that was planned.
 
     Where the piston's stroke was asked for, the specimen is held against what the plan expected of it.

@@ -33,7 +33,7 @@ _BENT_OVER = 0.1
 """How a speed bends at its peak is read over this share of the branch to both sides."""
 
 
-class Lean(NamedTuple):
+class SpeedBias(NamedTuple):
     """By how much an extreme is too large on average, and how it scatters."""
 
     mean: float = 0.0
@@ -58,7 +58,7 @@ def _made(noise: Spectrum, loop: Loop, part: slice, generator: np.random.Generat
     return made[:, :-1] + share * np.diff(made, axis=1)
 
 
-def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum, number: int = 0) -> Lean:
+def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum, number: int = 0) -> SpeedBias:
     """Return what noise and the window make of the largest speed of a branch [mm/s].
 
     Over h points to both sides a parabola reads v + v″ (3 h² + 3 h - 1) / 30, which is too little at a peak.
@@ -78,7 +78,7 @@ def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum, number:
     time_s, stroke = loop.time_s[part], loop.stroke_mm[part]
     window = _window(SPEED_WINDOW, stroke.size)
     if stroke.size < window:
-        return Lean()
+        return SpeedBias()
     step_s = float(time_s[-1] - time_s[0]) / (stroke.size - 1)
     count = np.array([stroke.size])
     sign = 1.0 if stroke[-1] > stroke[0] else -1.0
@@ -100,7 +100,7 @@ def speed_lean(loop: Loop, part: slice, samples: float, noise: Spectrum, number:
     noisy = speed + slopes
     over = np.max(noisy, axis=1) - np.max(speed)
     blunted = _bend(speed, wide) * _spread(window, loop.averaged)
-    return Lean(float(np.mean(over)) - blunted, float(np.std(over)))
+    return SpeedBias(float(np.mean(over)) - blunted, float(np.std(over)))
 
 
 def _spread(window: int, averaged: int) -> float:

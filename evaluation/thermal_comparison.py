@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.combine import Figure, Figures
+from bufferstand.evaluation.across_runs.combine import Figures, RunFigure
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of
 from bufferstand.evaluation.facts.mean_loop import MeanLoop
-from bufferstand.evaluation.facts.shared_errors import Owed
+from bufferstand.evaluation.facts.shared_errors import SharedContributions
 from bufferstand.evaluation.grouping import grouped, specimen_of
 from bufferstand.evaluation.quantities import is_two_sided
 from bufferstand.evaluation.results import RunEvaluation
@@ -39,7 +39,7 @@ FIGURES = ("end_force_kN", "stored_energy_J", "absorbed_energy_J", "damping")
 
 
 @dataclass(frozen=True)
-class Change:
+class ChangeByTemperature:
     """A figure at equal stroke in both runs: what temperature made of it.
 
     ``relative_change`` = value / reference - 1; errors that both runs have in common cancel in it
@@ -76,7 +76,7 @@ class WarmerRun(RunAtTemperature):
 
     from_mm: float
     to_mm: float
-    changes: Mapping[str, Change]
+    changes: Mapping[str, ChangeByTemperature]
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def _figures(loop: MeanLoop) -> dict[str, float | None]:
     }
 
 
-def _relative(run: RunEvaluation, loop: MeanLoop, name: str, value: float | None) -> Figure | None:
+def _relative(run: RunEvaluation, loop: MeanLoop, name: str, value: float | None) -> RunFigure | None:
     """Return a figure at equal stroke as a share of itself, 1 ± u: that of the run's whole loop.
 
     Of the end force: that of the largest force, and of the stroke times the slope there. Whatever the
@@ -270,7 +270,7 @@ def _relative(run: RunEvaluation, loop: MeanLoop, name: str, value: float | None
     return _with_own(figure, own)
 
 
-def _end_force(run: RunEvaluation, loop: MeanLoop, value: float, top: Figure | None) -> Figure | None:
+def _end_force(run: RunEvaluation, loop: MeanLoop, value: float, top: RunFigure | None) -> RunFigure | None:
     force = _share(run, loop, "force_max_kN", 1.0)
     if force is None or top is None:
         return force
@@ -282,14 +282,15 @@ def _end_force(run: RunEvaluation, loop: MeanLoop, value: float, top: Figure | N
     shared = {s: one.get(s, 0.0) - other.get(s, 0.0) for s in dict.fromkeys((*one, *other))}
     explained = float(np.sqrt(sum(c * c for c in shared.values())))
     return _with_own(
-        Figure(1.0, explained, Owed(shared, explained)), _end_noise(force, slope / value * top.own_u)
+        RunFigure(1.0, explained, SharedContributions(shared, explained)),
+        _end_noise(force, slope / value * top.own_u),
     )
 
 
-def _with_own(figure: Figure, own_u: float) -> Figure:
+def _with_own(figure: RunFigure, own_u: float) -> RunFigure:
     """Return a figure with the same shared errors, and so much of its own."""
     shared = figure.shared
-    return Figure(figure.value, float(np.hypot(own_u, shared.explained_u)), shared)
+    return RunFigure(figure.value, float(np.hypot(own_u, shared.explained_u)), shared)
 
 
 def _less(own_u: float, part_u: float) -> float:
@@ -297,7 +298,7 @@ def _less(own_u: float, part_u: float) -> float:
     return float(np.sqrt(max(0.0, own_u**2 - part_u**2)))
 
 
-def _end_noise(force: Figure, turn: float) -> float:
+def _end_noise(force: RunFigure, turn: float) -> float:
     """Return what the largest force has of its own but for the place of the turn; all, where it has not that:
     the largest force is not at the turn then.
     """
@@ -312,14 +313,14 @@ def _per_mm(loop: MeanLoop) -> float:
     return (whole_J - loop.cut(first, last - step_mm).absorbed_energy_J) / (step_mm * whole_J)
 
 
-def _share(run: RunEvaluation, loop: MeanLoop, name: str, factor: float) -> Figure | None:
+def _share(run: RunEvaluation, loop: MeanLoop, name: str, factor: float) -> RunFigure | None:
     """Return what the uncertainty of a mean is as a share of it, times a factor."""
     U, mean = loop.expanded_uncertainties.get(name), loop.means.get(name)
     if U is None or not mean:
         return None
-    shared = Owed() if run.shared_errors is None else run.shared_errors.of(name)
+    shared = SharedContributions() if run.shared_errors is None else run.shared_errors.of(name)
     scale = factor / mean
-    return Figure(1.0, abs(scale) * U / _COVERAGE, shared.scaled(scale))
+    return RunFigure(1.0, abs(scale) * U / _COVERAGE, shared.scaled(scale))
 
 
 def _difference_uncertainty_K(one: MeanLoop, two: MeanLoop) -> float | None:  # noqa: N802 - the unit
@@ -332,19 +333,19 @@ def _difference_uncertainty_K(one: MeanLoop, two: MeanLoop) -> float | None:  # 
 def _change(
     before: float | None,
     after: float | None,
-    relative: Sequence[Figure | None],
+    relative: Sequence[RunFigure | None],
     apart_K: float,
     u_apart_K: float | None,
-) -> Change:
+) -> ChangeByTemperature:
     if before is None or after is None or before == 0.0:
-        return Change(before, after)
+        return ChangeByTemperature(before, after)
     ratio = after / before
     change = ratio - 1.0
     known = [figure for figure in relative if figure is not None]
     if len(known) < 2:
-        return Change(before, after, change, None, change / apart_K, None)
+        return ChangeByTemperature(before, after, change, None, change / apart_K, None)
     # d(after / before) = ratio (d after / after - d before / before): what both have in common cancels.
     spread = Figures.of(known).weighted(np.array([-ratio, ratio]))
     U = _COVERAGE * spread.u
     per_K = None if u_apart_K is None else float(np.hypot(U, change / apart_K * u_apart_K)) / apart_K
-    return Change(before, after, change, U, change / apart_K, per_K, spread.half_width_95)
+    return ChangeByTemperature(before, after, change, U, change / apart_K, per_K, spread.half_width_95)

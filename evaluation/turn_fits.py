@@ -45,7 +45,7 @@ _EVEN = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class WindowPoints:
     """Points of many windows, a row each: ``count`` (R,) of the (R, P) are points, the rest is padding.
 
     ``group`` (R,): samples that were averaged to a point. Values are turned so that each is a maximum.
@@ -61,9 +61,9 @@ class Points:
         """Which of the (R, P) are points."""
         return np.asarray(np.arange(self.time_s.shape[1]) < self.count[:, None])
 
-    def rows(self, chosen: IndexArray | slice) -> Points:
+    def rows(self, chosen: IndexArray | slice) -> WindowPoints:
         """Return some of the rows."""
-        return Points(self.time_s[chosen], self.value[chosen], self.count[chosen], self.group[chosen])
+        return WindowPoints(self.time_s[chosen], self.value[chosen], self.count[chosen], self.group[chosen])
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class Fits:
 
 def points_of(
     time_s: FloatArray, value: FloatArray, sign: FloatArray, first: IndexArray, last: IndexArray
-) -> Points:
+) -> WindowPoints:
     """Return the points of windows ``first`` … ``last`` (excluded), at most :data:`MOST_POINTS` of each.
 
     ``sign`` (R,) turns lower reversals upside down.
@@ -124,10 +124,10 @@ def points_of(
         alone = np.minimum(at[single, :-1], last[single, None] - 1)
         time[single], level[single] = time_s[alone], value[alone]
     level *= sign[:, None]
-    return Points(time, level, np.maximum(count, 0), group)
+    return WindowPoints(time, level, np.maximum(count, 0), group)
 
 
-def smooth_fits(points: Points, sigma: float, averaged: int = 1) -> Fits:
+def smooth_fits(points: WindowPoints, sigma: float, averaged: int = 1) -> Fits:
     """Return the polynomial of every row; ``sigma`` is the noise of a sample.
 
     ``averaged``: what the samples are means of. A mean over h lies h² / 24 of the curvature inside the turn,
@@ -138,13 +138,13 @@ def smooth_fits(points: Points, sigma: float, averaged: int = 1) -> Fits:
     return _in_parts(points, few, lambda part, is_few: _smooth(part, 2 if is_few else 4, sigma, averaged))
 
 
-def sharp_fits(points: Points, sigma: float) -> Fits:
+def sharp_fits(points: WindowPoints, sigma: float) -> Fits:
     """Return the flanks of every row."""
     few = points.count < MANY_POINTS
     return _in_parts(points, few, lambda part, is_few: _flanks(part, 1 if is_few else 2, sigma))
 
 
-def _in_parts(points: Points, few: BoolArray, fit: Callable[[Points, bool], Fits]) -> Fits:
+def _in_parts(points: WindowPoints, few: BoolArray, fit: Callable[[WindowPoints, bool], Fits]) -> Fits:
     """Fit so many rows at a time that what is made of them stays in the processor's cache."""
     step = max(1, _CHUNK_POINTS // points.time_s.shape[1])
     if 0 < few.size <= step and (few.all() or not few.any()):
@@ -293,7 +293,7 @@ def maxima(coefficients: FloatArray, guess: FloatArray) -> FloatArray:
     return np.where(lost, np.nan, z)
 
 
-def _smooth(points: Points, degree: int, sigma: float, averaged: int) -> Fits:
+def _smooth(points: WindowPoints, degree: int, sigma: float, averaged: int) -> Fits:
     """Fit a polynomial to each row; u is never below what ``sigma`` makes it."""
     count = points.count
     last = np.take_along_axis(points.time_s, count[:, None] - 1, axis=1)[:, 0]
@@ -375,7 +375,7 @@ def _solved_sides(
     return [tuple(column[k * rows : (k + 1) * rows] for column in both) for k in range(len(sides))]
 
 
-def _flanks(points: Points, degree: int, sigma: float) -> Fits:
+def _flanks(points: WindowPoints, degree: int, sigma: float) -> Fits:
     """Fit both flanks of each row and find where they meet; u is never below what ``sigma`` makes it."""
     level = np.where(points.used, points.value, -np.inf)
     at = np.argmax(level, axis=1)[:, None]

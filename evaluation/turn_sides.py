@@ -54,7 +54,7 @@ class Reversals:
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class TurnNeighbourhood:
     """Samples about one reversal. ``first`` is the index of ``time_s[0]`` in the record.
 
     ``height`` is that of the lower side, ``wide_height`` that of the higher one, at most twice that.
@@ -116,7 +116,7 @@ def side_of(
     sigma_mm: float,
     least_samples: int,
     read: NDArray[np.bool_] | None = None,
-) -> Side:
+) -> TurnNeighbourhood:
     """Return the neighbourhood of a reversal; ``sigma_mm`` is the noise of the stroke."""
     first, last = reversal.limits
     part = stroke_mm[first : last + 1]
@@ -129,7 +129,7 @@ def side_of(
     open_right = right <= max(least, ONE_SIDED * left if reversal.at_end[1] else 0.0)
     heights = [height for height, is_open in ((left, open_left), (right, open_right)) if not is_open]
     height = min(heights, default=max(left, right, 1e-12))
-    return Side(
+    return TurnNeighbourhood(
         time_s=time_s[first : last + 1],
         value=value,
         peak=peak,

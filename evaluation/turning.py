@@ -19,14 +19,14 @@ from bufferstand.evaluation.turn_fits import (
     MOST_POINTS,
     UNSURE_POINTS,
     Fits,
-    Points,
+    WindowPoints,
     points_of,
     sharp_fits,
     smooth_fits,
 )
 from bufferstand.evaluation.turn_screen import screened
-from bufferstand.evaluation.turn_sides import Reversal, Reversals, Side, TurnKind, side_of
-from bufferstand.evaluation.turns.selection import Turns, selected
+from bufferstand.evaluation.turn_sides import Reversal, Reversals, TurnKind, TurnNeighbourhood, side_of
+from bufferstand.evaluation.turns.selection import FittedTurns, selected
 
 _LEVELS = np.array([0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5])
 """Widths of the windows tried: samples within this share of the half-cycle's range below the extreme."""
@@ -95,7 +95,7 @@ def fit_turning_points(
     alone = np.flatnonzero(others).tolist()
     least_samples = LEAST_SAMPLES * held
 
-    def side(row: int) -> Side:
+    def side(row: int) -> TurnNeighbourhood:
         return side_of(time_s, stroke_mm, reversals.row(row), sigma_mm, least_samples, read)
 
     sides = {i: side(i) for i in alone}
@@ -144,7 +144,7 @@ def _rested(dwell: Dwell, reversal: Reversal) -> TurningPoint:
     )
 
 
-def _one_sided(fit: EdgeFit, side: Side, reversal: Reversal) -> TurningPoint:
+def _one_sided(fit: EdgeFit, side: TurnNeighbourhood, reversal: Reversal) -> TurningPoint:
     moment = float(side.time_s[side.peak]) if fit.method == "cut" else fit.time_s
     stroke = fit.value if reversal.kind == "upper" else -fit.value
     index = side.first + _nearest(side.time_s, moment)
@@ -153,7 +153,7 @@ def _one_sided(fit: EdgeFit, side: Side, reversal: Reversal) -> TurningPoint:
     return TurningPoint(moment, moment, stroke, stroke, reversal.kind, index, fit.method, fit.u, u_s, u_s)
 
 
-def _extreme(side: Side, reversal: Reversal) -> TurningPoint:
+def _extreme(side: TurnNeighbourhood, reversal: Reversal) -> TurningPoint:
     """Return the extreme sample of a turn that has too few samples for any fit."""
     at = float(side.time_s[side.peak])
     value = float(side.value[side.peak])
@@ -188,7 +188,7 @@ def _fitted(
         return []
     sign = np.where(upper, 1.0, -1.0)
     both = _all_fits(time_s, stroke_mm, sign, first, last, height, sigma, averaged)
-    own = selected(time_s, stroke_mm, Turns(sign, height, last - first, sigma), *both)
+    own = selected(time_s, stroke_mm, FittedTurns(sign, height, last - first, sigma), *both)
     stroke = sign * own.value
     after = np.clip(np.searchsorted(time_s, own.time_s), 1, time_s.size - 1)
     index = after - (time_s[after] - own.time_s >= own.time_s - time_s[after - 1])
@@ -228,7 +228,7 @@ def _all_fits(
     wide[:, -1] = 0  # the widest is for flanks alone
     no_corner = (_LEVELS * height[:, None] >= _CORNER_SHOWS * least[:, None]) & (size > UNSURE_POINTS)
     found = []
-    shapes: tuple[tuple[IndexArray, float, Callable[[Points], Fits]], ...] = (
+    shapes: tuple[tuple[IndexArray, float, Callable[[WindowPoints], Fits]], ...] = (
         (wide, _POLYNOMIAL_GAIN, lambda points: smooth_fits(points, sigma, averaged)),
         (size, _FLANKS_GAIN, lambda points: sharp_fits(points, sigma)),
     )
@@ -301,7 +301,7 @@ def _distinct(first: IndexArray, last: IndexArray) -> tuple[IndexArray, IndexArr
     return first, np.where(same, first, last)
 
 
-def _windows(side: Side) -> tuple[IndexArray, IndexArray]:
+def _windows(side: TurnNeighbourhood) -> tuple[IndexArray, IndexArray]:
     """Return first and last (excluded) samples of the windows to be fitted, in the record."""
     first, last = (edge[0] for edge in _distinct(*(edge[None] for edge in side.windows(_LEVELS))))
     if np.all((last - first)[:-1] < LEAST_POINTS):  # few samples, or a turn near the end of the record

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.facts.draw_wires import DrawWires, WireOut
+from bufferstand.evaluation.facts.draw_wires import DrawWires, FailedWire
 from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.channel import ChannelUncertainty
@@ -64,7 +64,7 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
             f"draw wire stroke_{number} stands still from {since:.4g} s on while stroke_{other} moves: "
             f"broken or stuck; the stroke is stroke_{other} alone, without the tilt"
         )
-        gone = (WireOut(f"stroke_{number}", since),)
+        gone = (FailedWire(f"stroke_{number}", since),)
         wires = DrawWires(largest, at_s, None, None, None, limit, gone, warnings=(text,))
         return (
             replace(record, stroke_mm=record.stroke_mm + sign * difference),

@@ -9,7 +9,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from bufferstand.foundation.wanted import Found, alternatives, fields_by_key, find, tag_values
+from bufferstand.foundation.wanted import FindingPlace, alternatives, fields_by_key, find, tag_values
 from bufferstand.foundation.wrong_key import Place, WrongKeyError
 
 LONGEST_SHOWN = 60
@@ -32,7 +32,7 @@ _WRONG = {
 Finding = Mapping[str, Any]
 
 
-class Complaint:
+class ValidationMessage:
     """The finding of a validation that is said; the others are counted.
 
     Parameters
@@ -48,7 +48,7 @@ class Complaint:
     def __init__(
         self, error: ValidationError, schema: type[BaseModel], within: tuple[str | int, ...] = ()
     ) -> None:
-        groups: dict[tuple[str | int, ...], list[tuple[Finding, Found]]] = {}
+        groups: dict[tuple[str | int, ...], list[tuple[Finding, FindingPlace]]] = {}
         for one in error.errors(include_url=False):
             found = find(schema, _location(one))
             # All types that were tried on one value are one finding.
@@ -118,7 +118,7 @@ def nearest_key(key: str, known: Sequence[str]) -> str:
     return near[0] if near else ""
 
 
-def _who_has(key: str, found: Found) -> str:
+def _who_has(key: str, found: FindingPlace) -> str:
     """Return which tables of other kinds have a key, empty if none."""
     others = [kind for kind in found.kinds if kind.model is not None and kind.model is not found.spot.model]
     having = [kind for kind in others if kind.key(key) is not None]

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from bufferstand.foundation.wanted import Spot, Within, fields_by_key
+from bufferstand.foundation.wanted import SchemaPlace, Within, fields_by_key
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -42,7 +42,7 @@ class _WithDocstrings(GenerateJsonSchema):
         made = super().model_schema(schema)
         _describe(made, schema["cls"])
         for key in fields_by_key(schema["cls"]):
-            spot = Spot(schema["cls"]).key(key)
+            spot = SchemaPlace(schema["cls"]).key(key)
             for bound in () if spot is None else spot.withins:
                 _bound(made["properties"][key], bound)
         return made

@@ -25,7 +25,7 @@ _JUMPED = {
 
 
 @dataclass(frozen=True)
-class Implausible:
+class ImplausibleSamples:
     """A run of samples that cannot be true.
 
     Parameters
@@ -46,7 +46,7 @@ class Implausible:
     what: str
 
 
-class Watch:
+class PlausibilityWatch:
     """Looks at the blocks of one channel in their order; remembers the last sample for the rate.
 
     Parameters
@@ -59,7 +59,9 @@ class Watch:
         self._channel = channel
         self._last: tuple[float, float] | None = None
 
-    def look(self, time_us: NDArray[np.int64], counts: ArrayLike, value: ArrayLike) -> list[Implausible]:
+    def look(
+        self, time_us: NDArray[np.int64], counts: ArrayLike, value: ArrayLike
+    ) -> list[ImplausibleSamples]:
         """Return what cannot be true in a block.
 
         Parameters
@@ -73,7 +75,7 @@ class Watch:
         raw, scaled = np.asarray(counts, dtype=np.float64), np.asarray(value, dtype=np.float64)
         if limits is None or not raw.size:
             return []
-        found: list[Implausible] = []
+        found: list[ImplausibleSamples] = []
         if limits.counts is not None:
             low, high = limits.counts
             found += _runs((raw <= low) | (raw >= high), "counts", lambda row: self._at_end(raw[row]))
@@ -104,7 +106,7 @@ class Watch:
 
     def _jumps(
         self, time_s: NDArray[np.float64], value: NDArray[np.float64], rate: float
-    ) -> list[Implausible]:
+    ) -> list[ImplausibleSamples]:
         before = (time_s[0], value[0]) if self._last is None else self._last
         self._last = float(time_s[-1]), float(value[-1])
         step_s = np.diff(time_s, prepend=before[0])
@@ -121,10 +123,10 @@ class Watch:
         return _runs(np.abs(step) > rate * np.maximum(step_s, 0.0), "rate", text)
 
 
-def _runs(bad: NDArray[np.bool_], kind: Kind, text: Callable[[int], str]) -> list[Implausible]:
+def _runs(bad: NDArray[np.bool_], kind: Kind, text: Callable[[int], str]) -> list[ImplausibleSamples]:
     """Return each run of bad samples."""
     edges = np.flatnonzero(np.diff(bad.astype(np.int8), prepend=0, append=0))
     return [
-        Implausible(kind, int(first), int(end - first), text(int(first)))
+        ImplausibleSamples(kind, int(first), int(end - first), text(int(first)))
         for first, end in zip(edges[::2], edges[1::2], strict=True)
     ]

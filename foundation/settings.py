@@ -12,7 +12,7 @@ from typing import Annotated, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.findings import Complaint
+from bufferstand.foundation.findings import ValidationMessage
 from bufferstand.foundation.within import first_breach
 
 
@@ -120,7 +120,7 @@ def refusal(
     within : tuple of str and int
         The table that was validated, if it was not the whole file.
     """
-    complaint = Complaint(error, schema, within)
+    complaint = ValidationMessage(error, schema, within)
     problem, remedy = complaint.said()
     if complaint.others:
         problem += f" [and {complaint.others} more in this file]"

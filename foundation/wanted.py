@@ -43,7 +43,7 @@ class Within:
 
 
 @dataclass(frozen=True)
-class Spot:
+class SchemaPlace:
     """A place in a schema.
 
     Parameters
@@ -63,7 +63,7 @@ class Spot:
     form: str = ""
     tag: str = ""
 
-    def choices(self) -> tuple[Spot, ...]:
+    def choices(self) -> tuple[SchemaPlace, ...]:
         """Return what it can be, each as a place of its own; itself where there is no choice."""
         if get_origin(self.annotation) not in _UNIONS:
             return (self,)
@@ -85,7 +85,7 @@ class Spot:
         found = self.annotation
         return found if isinstance(found, type) and issubclass(found, BaseModel) else None
 
-    def key(self, name: str) -> Spot | None:
+    def key(self, name: str) -> SchemaPlace | None:
         """Return the place of a key in a table; None where the schema has no such key."""
         if self.model is None:
             values = get_args(self.annotation)
@@ -93,7 +93,7 @@ class Spot:
         found = fields_by_key(self.model).get(name)
         return None if found is None else _simple(found.annotation, _flat([*found.metadata, found]))
 
-    def item(self) -> Spot | None:
+    def item(self) -> SchemaPlace | None:
         """Return the place of an entry of a list; None for anything else."""
         if get_origin(self.annotation) not in (tuple, list):
             return None
@@ -142,7 +142,7 @@ class Spot:
 
 
 @dataclass(frozen=True)
-class Found:
+class FindingPlace:
     """Where a finding lies.
 
     Parameters
@@ -162,14 +162,14 @@ class Found:
     """
 
     path: tuple[str | int, ...]
-    spot: Spot
+    spot: SchemaPlace
     choice: tuple[str | int, ...] | None = None
-    offered: Spot | None = None
-    kinds: tuple[Spot, ...] = field(default=())
+    offered: SchemaPlace | None = None
+    kinds: tuple[SchemaPlace, ...] = field(default=())
     tag: str = ""
 
 
-def find(schema: type[BaseModel], location: Sequence[str | int]) -> Found:
+def find(schema: type[BaseModel], location: Sequence[str | int]) -> FindingPlace:
     """Return where a location of pydantic's lies; the names that it puts in for types and tags are left out.
 
     Parameters
@@ -179,21 +179,21 @@ def find(schema: type[BaseModel], location: Sequence[str | int]) -> Found:
     location : sequence of str and int
         As pydantic gives it.
     """
-    found = Found((), Spot(schema))
+    found = FindingPlace((), SchemaPlace(schema))
     for part in location:
         choices = found.spot.choices()
         if len(choices) > 1:  # pydantic names the one that it tried, where nobody has written anything
             found = _chosen(found, choices, str(part))
             continue
         spot = found.spot.item() if isinstance(part, int) else found.spot.key(part)
-        kept = found if spot is None else Found((), spot, found.choice, found.offered)
-        found = Found((*found.path, part), kept.spot, kept.choice, kept.offered, kept.kinds, kept.tag)
+        kept = found if spot is None else FindingPlace((), spot, found.choice, found.offered)
+        found = FindingPlace((*found.path, part), kept.spot, kept.choice, kept.offered, kept.kinds, kept.tag)
         if spot is None:
             break
     return found
 
 
-def spot_of(annotation: Any) -> Spot:
+def spot_of(annotation: Any) -> SchemaPlace:
     """Return the place that an annotation describes."""
     return _simple(annotation, [])
 
@@ -203,7 +203,7 @@ def fields_by_key(model: type[BaseModel]) -> dict[str, FieldInfo]:
     return {info.alias or name: info for name, info in model.model_fields.items()}
 
 
-def tag_values(spot: Spot, tag: str) -> tuple[str, ...]:
+def tag_values(spot: SchemaPlace, tag: str) -> tuple[str, ...]:
     """Return the values of the deciding key that a table of one kind has."""
     place = spot.key(tag)
     return () if place is None else tuple(str(value) for value in get_args(place.annotation))
@@ -223,21 +223,21 @@ def _or(words: Sequence[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
-def _chosen(found: Found, choices: Sequence[Spot], label: str) -> Found:
+def _chosen(found: FindingPlace, choices: Sequence[SchemaPlace], label: str) -> FindingPlace:
     """Return the place under the one of several types that pydantic calls ``label``."""
     for choice in choices:
         if choice.model is not None and (
             label == choice.model.__name__ or label in tag_values(choice, found.spot.tag)
         ):
-            return Found(
+            return FindingPlace(
                 found.path, choice, found.choice, found.offered, tuple(choices), found.spot.tag
             )  # of several kinds
     lists = [choice for choice in choices if choice.item() is not None]
-    spot = lists[0] if lists and label.startswith(("tuple", "list")) else Spot(object)
-    return Found(found.path, spot, found.path, found.spot)
+    spot = lists[0] if lists and label.startswith(("tuple", "list")) else SchemaPlace(object)
+    return FindingPlace(found.path, spot, found.path, found.spot)
 
 
-def _simple(annotation: Any, metadata: list[Any]) -> Spot:
+def _simple(annotation: Any, metadata: list[Any]) -> SchemaPlace:
     """Return a place without ``Annotated`` and without None, with what was said there."""
     while True:
         if get_origin(annotation) is Annotated:
@@ -255,7 +255,7 @@ def _simple(annotation: Any, metadata: list[Any]) -> Spot:
     )
     form = next((one.description for one in infos if one.description), "")
     tag = next((one.discriminator for one in infos if isinstance(one.discriminator, str)), "")
-    return Spot(annotation, bounds, form, tag)
+    return SchemaPlace(annotation, bounds, form, tag)
 
 
 def _flat(metadata: Sequence[Any]) -> list[Any]:

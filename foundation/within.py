@@ -15,14 +15,14 @@ from typing import Any, get_args, get_origin
 import annotated_types as at
 from pydantic import BaseModel
 
-from bufferstand.foundation.wanted import Spot, Within, fields_by_key, spot_of
+from bufferstand.foundation.wanted import SchemaPlace, Within, fields_by_key, spot_of
 
 Path = tuple[str | int, ...]
 """Keys, and positions in lists (from 0)."""
 
 
 @dataclass(frozen=True)
-class Breach:
+class OutOfBounds:
     """A value of a file that lies outside its bounds: where, which value, which bounds."""
 
     path: Path
@@ -37,12 +37,12 @@ class Breach:
         return problem, f"write {self.within.range_text()}: {self.within.why}"
 
 
-def first_breach(settings: BaseModel) -> Breach | None:
+def first_breach(settings: BaseModel) -> OutOfBounds | None:
     """Return the first number in checked settings that lies outside its bounds, None if there is none."""
-    return next(_breaches(Spot(type(settings)), settings, (), ()), None)
+    return next(_breaches(SchemaPlace(type(settings)), settings, (), ()), None)
 
 
-def _breaches(spot: Spot, value: Any, path: Path, outer: tuple[Within, ...]) -> Iterator[Breach]:
+def _breaches(spot: SchemaPlace, value: Any, path: Path, outer: tuple[Within, ...]) -> Iterator[OutOfBounds]:
     if isinstance(value, BaseModel):
         for key, name, inner in _spots_of(type(value)):
             yield from _breaches(inner, getattr(value, name), (*path, key), ())
@@ -54,29 +54,29 @@ def _breaches(spot: Spot, value: Any, path: Path, outer: tuple[Within, ...]) -> 
     elif isinstance(value, int | float) and not isinstance(value, bool):
         for within in withins:
             if not within.low <= value <= within.high:
-                yield Breach(path, value, within)
+                yield OutOfBounds(path, value, within)
 
 
 @cache
-def _spots_of(model: type[BaseModel]) -> tuple[tuple[str, str, Spot], ...]:
+def _spots_of(model: type[BaseModel]) -> tuple[tuple[str, str, SchemaPlace], ...]:
     """Return of each field of a schema its key, its name in code, and what may stand there."""
-    own = Spot(model)
+    own = SchemaPlace(model)
     names = {id(info): name for name, info in model.model_fields.items()}
     found = ((key, names[id(info)], own.key(key)) for key, info in fields_by_key(model).items())
     return tuple((key, name, inner) for key, name, inner in found if inner is not None)
 
 
-def _entry(spot: Spot, position: int) -> Spot:
+def _entry(spot: SchemaPlace, position: int) -> SchemaPlace:
     """Return the place of an entry of a list, of which each may be of its own type."""
     for choice in spot.choices():
         if get_origin(choice.annotation) in (tuple, list):
             parts = [part for part in get_args(choice.annotation) if part is not ...]
             return spot_of(parts[min(position, len(parts) - 1)])
-    return Spot(object)
+    return SchemaPlace(object)
 
 
 @dataclass(frozen=True)
-class Key:
+class NumericKey:
     """A number that a settings file may hold, as its schema describes it.
 
     Parameters
@@ -113,18 +113,18 @@ class Key:
         return ".".join(part for part in self.path if not part.startswith(("[", "kind=")))
 
 
-def numeric_keys(schema: type[BaseModel]) -> tuple[Key, ...]:
+def numeric_keys(schema: type[BaseModel]) -> tuple[NumericKey, ...]:
     """Return every number that a file of a schema may hold, from the schema itself."""
-    return tuple(_keys(Spot(schema), (), (), (), None))
+    return tuple(_keys(SchemaPlace(schema), (), (), (), None))
 
 
 def _keys(
-    spot: Spot,
+    spot: SchemaPlace,
     path: tuple[str, ...],
     outer: tuple[Any, ...],
     inside: tuple[type[BaseModel], ...],
     owner: type[BaseModel] | None,
-) -> Iterator[Key]:
+) -> Iterator[NumericKey]:
     choices = spot.choices()
     kinds = [choice for choice in choices if choice.model is not None]
     for choice in choices:
@@ -145,14 +145,14 @@ def _keys(
             yield _key(path, owner, choice.annotation is int, bounds)
 
 
-def _kind(choice: Spot, tag: str) -> str:
+def _kind(choice: SchemaPlace, tag: str) -> str:
     if not tag:
         return "" if choice.model is None else choice.model.__name__
     place = choice.key(tag)
     return "" if place is None else str(get_args(place.annotation)[0])
 
 
-def _key(path: tuple[str, ...], owner: type[BaseModel], integer: bool, bounds: tuple[Any, ...]) -> Key:
+def _key(path: tuple[str, ...], owner: type[BaseModel], integer: bool, bounds: tuple[Any, ...]) -> NumericKey:
     low, high, low_open, high_open, why = -math.inf, math.inf, False, False, ""
     for one in bounds:
         lower, upper, lower_open, upper_open = _ends(one)
@@ -162,7 +162,7 @@ def _key(path: tuple[str, ...], owner: type[BaseModel], integer: bool, bounds: t
             high, high_open = upper, upper_open
         why = one.why if isinstance(one, Within) else why
     name = next(part for part in reversed(path) if not part.startswith(("[", "kind=")))
-    return Key(path, owner, name, integer, low, high, low_open, high_open, why)
+    return NumericKey(path, owner, name, integer, low, high, low_open, high_open, why)
 
 
 def _ends(bound: Any) -> tuple[float | None, float | None, bool, bool]:

@@ -43,7 +43,7 @@ class CampaignFacts(Settings):
     note: str = ""
 
 
-class Conditions(Settings):
+class PlanConditions(Settings):
     """``[conditions]``: what the planner assumes; the run itself measures."""
 
     ambient_C: Air = 21.0
@@ -80,7 +80,7 @@ class CampaignFile(Settings):
     limits: TestLimits = TestLimits()
     guards: GuardTable = GuardTable()
     zero: ZeroTable = ZeroTable()
-    conditions: Conditions = Conditions()
+    conditions: PlanConditions = PlanConditions()
     motion: MotionSettings = MotionSettings()
     stroke: StrokeTable = StrokeTable()
     plan: PlanSettings = PlanSettings()

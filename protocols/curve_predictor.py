@@ -203,7 +203,7 @@ _NOTHING = (
 
 
 @dataclass(frozen=True)
-class NothingKnown:
+class UnknownSpecimenPredictor:
     """A specimen of which nothing is known but its limits: only a slow stroke can be run on it."""
 
     known_to_mm: float = 0.0

@@ -14,7 +14,7 @@ from bufferstand.foundation.purpose import Purpose
 from bufferstand.protocols.campaign import Campaign
 from bufferstand.protocols.expansion import Request, motions_of
 from bufferstand.protocols.first_cycle import peak_force
-from bufferstand.protocols.force_turns import Loading
+from bufferstand.protocols.force_turns import SpecimenLoading
 from bufferstand.protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
@@ -76,7 +76,7 @@ _REACHED_K = 0.01
 
 
 @dataclass(frozen=True)
-class OffBand:
+class BeginsOffBand:
     """A step that is expected to begin beside its band: its number, and the sensor by then [°C]."""
 
     index: int
@@ -151,9 +151,9 @@ class Estimator:
         self._hashing = hashing
         self._seen: Counter[str] = Counter()
         self.notes: list[str] = []
-        self.too_cold: list[OffBand] = []
+        self.too_cold: list[BeginsOffBand] = []
         """Steps that are expected to begin below their band of temperatures."""
-        self.never_cool: list[OffBand] = []
+        self.never_cool: list[BeginsOffBand] = []
         """Steps that are expected to begin above a band that ends below the air."""
         self.never_warm: list[NeverWarm] = []
         """Warm-ups that are not expected to end, by more than the model may be wrong."""
@@ -319,7 +319,7 @@ class Estimator:
             return
         step = f"step {index} “{request.name}”"
         if begins.sensor_C > band.high_C + _REACHED_K and band.high_C < self._around.ambient_C:
-            self.never_cool.append(OffBand(index, request, begins.sensor_C))
+            self.never_cool.append(BeginsOffBand(index, request, begins.sensor_C))
         elif begins.sensor_C > band.high_C + _REACHED_K:
             self.notes.append(
                 f"{step}: cooling to {band.high_C:g} °C ({band.text()}) is not expected within "
@@ -331,7 +331,7 @@ class Estimator:
                 f"{band.high_C:g} °C ({band.text()})"
             )
         elif begins.sensor_C < band.low_C - _REACHED_K:
-            self.too_cold.append(OffBand(index, request, begins.sensor_C))
+            self.too_cold.append(BeginsOffBand(index, request, begins.sensor_C))
             if not band.refuses_cold:
                 self.notes.append(
                     f"{step}: {begins.sensor_C:.1f} °C expected at its start, below {band.text()}; it is run "
@@ -358,7 +358,7 @@ class Estimator:
         if isinstance(request.step, ForceCyclesStep) and self._around.predictor.known_to_mm > 0.0:
             give = self._around.give_mm_per_kN
             taken = 0.0 if request.compensate else give
-            loading = Loading(self._around.predictor, start_C, give, taken)
+            loading = SpecimenLoading(self._around.predictor, start_C, give, taken)
             between = [motion for motion in motions if isinstance(motion, ForceCycles)]
             said = [note for motion in between for note in loading.notes(motion)]
             self.notes += [f"step {index} “{request.name}”: {note}" for note in said]

@@ -19,7 +19,7 @@ import numpy as np
 from bufferstand.foundation.force_speed import ForceSpeed
 from bufferstand.protocols.commanded import Sine, strokes_behind
 from bufferstand.protocols.prediction import Floats, Predictor
-from bufferstand.protocols.steps import Turns
+from bufferstand.protocols.steps import ExpectedTurns
 
 POINTS_PER_CYCLE = 80
 RAMP_POINTS = 120
@@ -30,7 +30,7 @@ _TOUCH_MM = 1e-6
 
 
 @dataclass(frozen=True)
-class Course:
+class ForcePath:
     """A path from rest and the forces on it, shape (n,).
 
     Parameters
@@ -80,7 +80,7 @@ def first_cycle(
     *,
     give_mm_per_kN: float = 0.0,
     compensated: bool = True,
-) -> Course:
+) -> ForcePath:
     """Return the way into a sine at one temperature.
 
     Parameters
@@ -107,9 +107,9 @@ def first_cycle(
 
     if compensated or give_mm_per_kN == 0.0:
         force = forces(path)
-        return Course(time, path, path + force * give_mm_per_kN, force)
+        return ForcePath(time, path, path + force * give_mm_per_kN, force)
     stroke, force = strokes_behind(path, forces, give_mm_per_kN)
-    return Course(time, stroke, path, force)
+    return ForcePath(time, stroke, path, force)
 
 
 def first_turns(
@@ -120,7 +120,7 @@ def first_turns(
     temperature_C: float,
     cycles: int,
     give_mm_per_kN: float,
-) -> list[Turns]:
+) -> list[ExpectedTurns]:
     """Return the turns of the first full cycles of a sine that the piston makes.
 
     Parameters
@@ -145,7 +145,7 @@ def first_turns(
     for cycle in range(1, cycles + 1):
         upper, lower = (began + round((cycle + part) * POINTS_PER_CYCLE) for part in (0.25, 0.75))
         values = (series[at] for series in (stroke, force, path) for at in (lower, upper))
-        found.append(Turns(*(float(value) for value in values)))
+        found.append(ExpectedTurns(*(float(value) for value in values)))
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from bufferstand.protocols.commanded import piston_mm
 from bufferstand.protocols.prediction import Predictor, StaticEstimate
-from bufferstand.protocols.steps import ForceCycles, Turns
+from bufferstand.protocols.steps import ExpectedTurns, ForceCycles
 
 POINTS = 400
 """Of the way back; between two of them the stroke is interpolated."""
@@ -22,7 +22,7 @@ NEAR_SHARE = 0.02
 
 
 @dataclass(frozen=True)
-class Loading:
+class SpecimenLoading:
     """A specimen in its machine on the way to a force.
 
     Parameters
@@ -67,7 +67,7 @@ class Loading:
         between = (turns.upper_kN - turns.lower_kN) / way_mm if way_mm > 0.0 else 0.0
         return FINEST_MM * max(self.stiffness_at_turn(motion), between)
 
-    def turns(self, motion: ForceCycles) -> Turns:
+    def turns(self, motion: ForceCycles) -> ExpectedTurns:
         """Return where the motion turns (:func:`force_turns`)."""
         return force_turns(
             self.predictor, motion, self.temperature_C, self.give_mm_per_kN, self.taken_mm_per_kN
@@ -102,7 +102,7 @@ def force_turns(
     temperature_C: float,
     give_mm_per_kN: float,
     taken_mm_per_kN: float,
-) -> Turns:
+) -> ExpectedTurns:
     """Return where a motion between two forces is expected to turn.
 
     Parameters
@@ -138,7 +138,7 @@ def force_turns(
             np.interp(motion.force_min_kN, [force_kN[at], force_kN[at - 1]], [back_mm[at], back_mm[at - 1]])
         )
     lower_kN = min(motion.force_min_kN, top.peak_force_kN)
-    return Turns(
+    return ExpectedTurns(
         lower_mm, upper_mm, lower_kN, top.peak_force_kN,
         piston_mm(lower_mm, lower_kN, give_mm_per_kN), piston_mm(upper_mm, top.peak_force_kN, give_mm_per_kN),
     )  # fmt: skip

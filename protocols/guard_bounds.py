@@ -39,7 +39,7 @@ UNSEEN_HEATING_K = 5.0
 
 
 @dataclass(frozen=True)
-class Watching:
+class WatchedSensors:
     """What the planner must know of a stand's sensors.
 
     Parameters
@@ -55,13 +55,13 @@ class Watching:
 
 
 @dataclass(frozen=True)
-class Ground:
+class BoundFacts:
     """What bounds may depend on."""
 
     content: CampaignFile
     stand: StandLimits
     specimen: Specimen
-    watching: Watching
+    watching: WatchedSensors
 
     @property
     def force(self) -> Bound:
@@ -81,7 +81,7 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Span:
+class AllowedSpan:
     """Least and greatest value of a key, and what they follow from, in words with its figures."""
 
     low: float
@@ -94,7 +94,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Relative:
+class RelativeBound:
     """A bound that depends on other keys.
 
     Parameters
@@ -118,7 +118,7 @@ class Relative:
     unit: str
     words: str
     why: str
-    span: Callable[[Ground], Span]
+    span: Callable[[BoundFacts], AllowedSpan]
     why_not_more: str = ""
 
     def value(self, content: CampaignFile) -> float | None:
@@ -127,25 +127,25 @@ class Relative:
         return found
 
 
-def _force_trip(ground: Ground) -> Span:
+def _force_trip(ground: BoundFacts) -> AllowedSpan:
     force, most = ground.force, (1.0 + TRIP_SHARE) * ground.stand.force_max_kN
     own = max((1.0 + TRIP_SHARE) * force.value, force.value + FORCE_TRIP_ROOM_KN)
     high_from = (
         force.text() if own <= most else f"force_max_kN = {ground.stand.force_max_kN:g} kN (the stand)"
     )
     high_key = _key_of(force) if own <= most else None
-    return Span(force.value, min(own, most), force.text(), high_from, _key_of(force), high_key)
+    return AllowedSpan(force.value, min(own, most), force.text(), high_from, _key_of(force), high_key)
 
 
-def _stroke_trip(ground: Ground) -> Span:
+def _stroke_trip(ground: BoundFacts) -> AllowedSpan:
     stroke, most = ground.stroke, (1.0 + TRIP_SHARE) * ground.stand.stroke_max_mm
     own = max((1.0 + TRIP_SHARE) * stroke.value, stroke.value + STROKE_TRIP_MARGIN_MM)
-    return Span(0.01, min(own, most), "", stroke.text(), None, _key_of(stroke))
+    return AllowedSpan(0.01, min(own, most), "", stroke.text(), None, _key_of(stroke))
 
 
-def _stop(ground: Ground) -> Span:
+def _stop(ground: BoundFacts) -> AllowedSpan:
     air_C = ground.content.conditions.ambient_C
-    return Span(
+    return AllowedSpan(
         air_C + ABOVE_AIR_K,
         ground.watching.power_on_C,
         f"{ABOVE_AIR_K:g} K above [conditions] ambient_C = {air_C:g} °C",
@@ -154,33 +154,37 @@ def _stop(ground: Ground) -> Span:
     )
 
 
-def _stale(ground: Ground) -> Span:
+def _stale(ground: BoundFacts) -> AllowedSpan:
     period_s = ground.watching.period_s or 0.0
-    return Span(READINGS_MISSED * period_s, 30.0, f"[temperature] period_s = {period_s:g} s (the stand)")
+    return AllowedSpan(
+        READINGS_MISSED * period_s, 30.0, f"[temperature] period_s = {period_s:g} s (the stand)"
+    )
 
 
-def _share(least: float, share: float, of: str, unit: str, floor: float) -> Callable[[Ground], Span]:
-    def span(ground: Ground) -> Span:
+def _share(
+    least: float, share: float, of: str, unit: str, floor: float
+) -> Callable[[BoundFacts], AllowedSpan]:
+    def span(ground: BoundFacts) -> AllowedSpan:
         whole: float = getattr(ground.stand, of)
-        return Span(floor, max(least, share * whole), "", f"{of} = {whole:g} {unit} (the stand)")
+        return AllowedSpan(floor, max(least, share * whole), "", f"{of} = {whole:g} {unit} (the stand)")
 
     return span
 
 
-def _tilt(ground: Ground) -> Span:
+def _tilt(ground: BoundFacts) -> AllowedSpan:
     travel = ground.stand.stroke_max_mm
-    return Span(0.1, tilt_bound_mm(travel), "", f"stroke_max_mm = {travel:g} mm (the stand)")
+    return AllowedSpan(0.1, tilt_bound_mm(travel), "", f"stroke_max_mm = {travel:g} mm (the stand)")
 
 
-def _speed_trip(ground: Ground) -> Span:
+def _speed_trip(ground: BoundFacts) -> AllowedSpan:
     speed = ground.speed
-    return Span(1.0, SPEED_TRIP_FACTOR * speed.value, "", speed.text(), None, _key_of(speed))
+    return AllowedSpan(1.0, SPEED_TRIP_FACTOR * speed.value, "", speed.text(), None, _key_of(speed))
 
 
-def _release(ground: Ground) -> Span:
+def _release(ground: BoundFacts) -> AllowedSpan:
     stroke, speed = ground.stroke, ground.speed
     low = min(stroke.value / RELEASE_S, speed.value)
-    return Span(low, speed.value, stroke.text(), speed.text(), _key_of(stroke), _key_of(speed))
+    return AllowedSpan(low, speed.value, stroke.text(), speed.text(), _key_of(stroke), _key_of(speed))
 
 
 def _key_of(bound: Bound) -> tuple[str, str] | None:
@@ -193,7 +197,7 @@ _TILT_WORDS = (
 )
 
 RELATIVE = (
-    Relative(
+    RelativeBound(
         "limits",
         "force_trip_kN",
         "kN",
@@ -202,7 +206,7 @@ RELATIVE = (
         "the guard must act before the reserve of the stand is used up",
         _force_trip,
     ),
-    Relative(
+    RelativeBound(
         "limits",
         "stroke_trip_mm",
         "mm",
@@ -211,7 +215,7 @@ RELATIVE = (
         "the guard must act before the specimen strikes its own end",
         _stroke_trip,
     ),
-    Relative(
+    RelativeBound(
         "limits",
         "temperature_stop_C",
         "°C",
@@ -221,7 +225,7 @@ RELATIVE = (
         "reached then; one below the air stops what nothing has heated",
         _stop,
     ),
-    Relative(
+    RelativeBound(
         "limits",
         "temperature_stale_s",
         "s",
@@ -230,7 +234,7 @@ RELATIVE = (
         "one reading that comes late is no silence",
         _stale,
     ),
-    Relative(
+    RelativeBound(
         "limits",
         "following_error_max_mm",
         "mm",
@@ -238,7 +242,7 @@ RELATIVE = (
         "no sound actuator lags by more, even at 800 mm/s",
         _share(10.0, FOLLOWING_SHARE, "stroke_max_mm", "mm", 0.5),
     ),
-    Relative(
+    RelativeBound(
         "guards",
         "force_below_kN",
         "kN",
@@ -246,7 +250,7 @@ RELATIVE = (
         "a buffer cannot pull; 1 kN is zero and noise",
         _share(10.0, CAPACITY_SHARE, "force_max_kN", "kN", 1.0),
     ),
-    Relative(
+    RelativeBound(
         "guards",
         "agreement_kN",
         "kN",
@@ -254,7 +258,7 @@ RELATIVE = (
         "two load cells that differ by more are wrong; half a kN is zero and noise",
         _share(6.0, CAPACITY_SHARE, "force_max_kN", "kN", 0.5),
     ),
-    Relative(
+    RelativeBound(
         "guards",
         "tilt_max_mm",
         "mm",
@@ -262,7 +266,7 @@ RELATIVE = (
         "a straight specimen never brings the two draw wires so far apart",
         _tilt,
     ),
-    Relative(
+    RelativeBound(
         "zero",
         "wires_apart_max_mm",
         "mm",
@@ -270,7 +274,7 @@ RELATIVE = (
         "a straight specimen never brings the two draw wires so far apart",
         _tilt,
     ),
-    Relative(
+    RelativeBound(
         "guards",
         "speed_trip_mm_per_s",
         "mm/s",
@@ -278,7 +282,7 @@ RELATIVE = (
         "no overshoot of a motion comes near it; a touch and a release must be possible",
         _speed_trip,
     ),
-    Relative(
+    RelativeBound(
         "motion",
         "release_speed_mm_per_s",
         "mm/s",
@@ -291,7 +295,9 @@ RELATIVE = (
 """Every bound that depends on other keys."""
 
 
-def demand_bounds(campaign: Campaign, stand: StandLimits, specimen: Specimen, watching: Watching) -> None:
+def demand_bounds(
+    campaign: Campaign, stand: StandLimits, specimen: Specimen, watching: WatchedSensors
+) -> None:
     """Refuse a guard setting outside its bounds.
 
     Parameters
@@ -310,7 +316,7 @@ def demand_bounds(campaign: Campaign, stand: StandLimits, specimen: Specimen, wa
     BadInput
         With key, line, value, bound, what the bound follows from, and the reason.
     """
-    ground = Ground(campaign.content, stand, specimen, watching)
+    ground = BoundFacts(campaign.content, stand, specimen, watching)
     for rule, path, value in _settings(campaign.content):
         span = rule.span(ground)
         too_low = value < span.low * (1.0 - 1e-9)
@@ -320,10 +326,10 @@ def demand_bounds(campaign: Campaign, stand: StandLimits, specimen: Specimen, wa
 
 def _refusal(
     campaign: Campaign,
-    rule: Relative,
+    rule: RelativeBound,
     path: tuple[str | int, ...],
     value: float,
-    span: Span,
+    span: AllowedSpan,
     *,
     too_low: bool,
 ) -> BadInput:
@@ -366,7 +372,7 @@ def kept_text(bound: float, *, up: bool) -> str:
     return f"{whole / 10.0**digits:.6g}"
 
 
-def _settings(content: CampaignFile) -> Iterator[tuple[Relative, tuple[str | int, ...], float]]:
+def _settings(content: CampaignFile) -> Iterator[tuple[RelativeBound, tuple[str | int, ...], float]]:
     """Yield each bounded setting that has a value, with its place in the file; those of steps, too."""
     for rule in RELATIVE:
         if (value := rule.value(content)) is not None:

@@ -120,7 +120,7 @@ def steps_to_order(requests: Sequence[Request]) -> list[Request]:
 
 
 @dataclass
-class Course:
+class OrderSearch:
     """Walks orders of jobs, remembering what it found (temperatures are rounded to 0.1 K for that).
 
     Parameters
@@ -237,7 +237,7 @@ def _rounded(now: Temperatures) -> Temperatures:
     )
 
 
-def soonest(course: Course, start: Temperatures) -> tuple[tuple[int, ...], str, int]:
+def soonest(course: OrderSearch, start: Temperatures) -> tuple[tuple[int, ...], str, int]:
     """Return the order that ends soonest, whether it is exact, and how many orders were tried.
 
     Parameters
@@ -274,7 +274,9 @@ def _groups(jobs: Sequence[Job]) -> list[list[int]]:
     return groups
 
 
-def _every_order(course: Course, groups: Sequence[Sequence[int]], start: Temperatures) -> tuple[int, ...]:
+def _every_order(
+    course: OrderSearch, groups: Sequence[Sequence[int]], start: Temperatures
+) -> tuple[int, ...]:
     """Try all, leaving out what cannot become better than the best so far; the given order comes first."""
     least_s = [job.nominal_s for job in course.jobs]
     group_of = {number: place for place, group in enumerate(groups) for number in group}
@@ -300,7 +302,7 @@ def _every_order(course: Course, groups: Sequence[Sequence[int]], start: Tempera
 
 
 def _improved(
-    course: Course, groups: Sequence[Sequence[int]], start: Temperatures
+    course: OrderSearch, groups: Sequence[Sequence[int]], start: Temperatures
 ) -> tuple[tuple[int, ...], str, int]:
     """Take the best of given, warming, cooling and greedy order, and move single steps while that helps."""
     heat_J = {number: course.heat_J(number, start) for group in groups for number in group}
@@ -349,7 +351,7 @@ def _with_moved(order: tuple[int, ...], moved: int, place: int) -> tuple[int, ..
 
 
 def _greedy(
-    course: Course, groups: Sequence[Sequence[int]], start: Temperatures, heat_J: dict[int, float]
+    course: OrderSearch, groups: Sequence[Sequence[int]], start: Temperatures, heat_J: dict[int, float]
 ) -> tuple[int, ...]:
     """Take next what needs the shortest pause now; of equals what heats most."""
     order: list[int] = []
@@ -375,7 +377,7 @@ def _pause(pause_s: float, to_C: float, now: Temperatures, number: int) -> Reque
 
 
 def with_pauses(
-    course: Course, order: Sequence[int], requests: Sequence[Request], start: Temperatures
+    course: OrderSearch, order: Sequence[int], requests: Sequence[Request], start: Temperatures
 ) -> tuple[Request, ...]:
     """Return the requests in an order, with the planner's pauses between them as cool-downs."""
     found: list[Request] = []
@@ -400,7 +402,7 @@ class InOrder:
     tried: int
 
 
-def course_of(requests: Sequence[Request], campaign: Campaign, around: Surroundings) -> Course:
+def course_of(requests: Sequence[Request], campaign: Campaign, around: Surroundings) -> OrderSearch:
     """Return what walks orders of requests, by the settings of a campaign's ``[plan]``."""
     settings, jobs = campaign.content.plan, []
     for request in requests:
@@ -410,7 +412,7 @@ def course_of(requests: Sequence[Request], campaign: Campaign, around: Surroundi
         band = step.start_band()
         warmth = step.warmth() if isinstance(step, WarmUpStep) else None
         jobs.append(Job(motions, request.stays, _least_s(motions), band, limits, request.compensate, warmth))
-    return Course(around, jobs, settings.margin_C, settings.start_max_C)
+    return OrderSearch(around, jobs, settings.margin_C, settings.start_max_C)
 
 
 def put_in_order(

@@ -14,7 +14,7 @@ from bufferstand.foundation.durations import duration_text
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings import place_of, read_text
 from bufferstand.foundation.specimen import Specimen
-from bufferstand.protocols.admissible import Breach, Judge, shows_the_curve
+from bufferstand.protocols.admissible import BrokenLimit, StepJudge, shows_the_curve
 from bufferstand.protocols.asked import asked_text
 from bufferstand.protocols.campaign import Campaign, HarmonicStep
 from bufferstand.protocols.coarse import CoarsePredictor
@@ -254,7 +254,9 @@ def make_plan(
     bounds = envelope(limits, campaign.limits, specimen)
     conditions = campaign.content.conditions
     ramp_speed = campaign.content.motion.ramp_speed_mm_per_s
-    judge = Judge(bounds, predictor.bounding(), ramp_speed, min(conditions.ambient_C, conditions.start_C()))
+    judge = StepJudge(
+        bounds, predictor.bounding(), ramp_speed, min(conditions.ambient_C, conditions.start_C())
+    )
     if found := judge.motion_breach(campaign.content.motion):
         key = next(iter(found.nearest))
         written = key in campaign.content.motion.model_fields_set
@@ -364,7 +366,7 @@ def _over(requests: Sequence[Request], over: Sequence[Mapping[str, Any]]) -> lis
 
 
 def _admitted(
-    campaign: Campaign, requests: Sequence[Request], judge: Judge, over: Sequence[Mapping[str, Any]]
+    campaign: Campaign, requests: Sequence[Request], judge: StepJudge, over: Sequence[Mapping[str, Any]]
 ) -> tuple[list[Request], list[str], list[Request]]:
     """Return the requests that keep every limit, notes on those left out as the user allowed, those over."""
     done = _over(requests, over)
@@ -377,7 +379,7 @@ def _admitted(
             raise BadInput(f"“{request.name}”: {problem}", file=campaign.path, place=place, remedy=remedy)
     admitted: list[Request] = []
     notes: list[str] = []
-    refused: list[tuple[int, Request, Breach]] = []
+    refused: list[tuple[int, Request, BrokenLimit]] = []
     stroke_done = False
     for position, request in enumerate(requests, start=1):
         found = judge.of(request, stroke_done=stroke_done).breach(request.step)

@@ -7,10 +7,10 @@ from typing import TypeVar
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.protocols.campaign import Campaign
-from bufferstand.protocols.estimate import Estimator, NeverWarm, OffBand
+from bufferstand.protocols.estimate import BeginsOffBand, Estimator, NeverWarm
 from bufferstand.protocols.expansion import Request
 
-OffT = TypeVar("OffT", OffBand, NeverWarm)
+OffT = TypeVar("OffT", BeginsOffBand, NeverWarm)
 
 
 def demand_right_warmth(campaign: Campaign, estimator: Estimator, over: Sequence[Request]) -> None:
@@ -43,7 +43,7 @@ def demand_right_warmth(campaign: Campaign, estimator: Estimator, over: Sequence
         )
 
 
-def _demand_start(campaign: Campaign, cold: Sequence[OffBand], warm: Sequence[OffBand]) -> None:
+def _demand_start(campaign: Campaign, cold: Sequence[BeginsOffBand], warm: Sequence[BeginsOffBand]) -> None:
     """Refuse steps that begin below their band, or above one below the air: no waiting mends that."""
     for one in cold:
         band = one.request.step.start_band()

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.protocols.steps import (
+    ExpectedTurns,
     ForceCycles,
     Harmonic,
     Motion,
@@ -15,7 +16,6 @@ from bufferstand.protocols.steps import (
     PlannedStep,
     RampToForce,
     StaticCycles,
-    Turns,
 )
 
 Floats = NDArray[np.float64]
@@ -73,7 +73,7 @@ def _of_motion(
     return np.array([lasts_s]), np.array([motion.end_mm(at_mm)])
 
 
-def _between_forces(motion: ForceCycles, turns: Turns, lasts_s: float) -> tuple[Floats, Floats]:
+def _between_forces(motion: ForceCycles, turns: ExpectedTurns, lasts_s: float) -> tuple[Floats, Floats]:
     """Up and down between the turns that are expected at its beginning, standing a moment at each."""
     up_s = turns.piston_upper_mm / motion.speed_mm_per_s
     part_s = (lasts_s - up_s - motion.DWELL_S) / (2 * motion.cycles - 1)

@@ -16,6 +16,7 @@ from bufferstand.protocols.limits import Envelope, TestLimits
 from bufferstand.protocols.prediction import Predictor, StaticEstimate, Temperatures
 from bufferstand.protocols.steps import (
     ExpectedStop,
+    ExpectedTurns,
     ForceCycles,
     Harmonic,
     Heating,
@@ -28,7 +29,6 @@ from bufferstand.protocols.steps import (
     StartBand,
     StaticCycles,
     TouchOff,
-    Turns,
     WaitUntilCool,
     Warmth,
 )
@@ -260,7 +260,7 @@ class Walker:
             force_limit_kN, stroke_limit_mm, speed_mm_per_s, self._now.mass_C, self._taken
         )
 
-    def _turns(self, motion: _Expected) -> Turns | None:
+    def _turns(self, motion: _Expected) -> ExpectedTurns | None:
         """Return where a motion turns, or ends, at the temperature with which it begins."""
         give = self._around.give_mm_per_kN
         if self._around.predictor.known_to_mm == 0.0:
@@ -270,7 +270,7 @@ class Walker:
                 motion.mean_mm, motion.amplitude_mm, motion.frequency_Hz, self._now.mass_C, self._taken
             )
             low, high, stroke = cycle.lower_force_kN, cycle.peak_force_kN, cycle.stroke
-            return Turns(
+            return ExpectedTurns(
                 stroke.lower_mm, stroke.upper_mm, low, high,
                 piston_mm(stroke.lower_mm, low, give), piston_mm(stroke.upper_mm, high, give),
             )  # fmt: skip
@@ -283,7 +283,7 @@ class Walker:
         else:
             return None
         end_mm, high = slow.end_stroke_mm, slow.peak_force_kN
-        return Turns(0.0, end_mm, 0.0, high, 0.0, piston_mm(end_mm, high, give))
+        return ExpectedTurns(0.0, end_mm, 0.0, high, 0.0, piston_mm(end_mm, high, give))
 
     def _ramp_to(self, motion: RampToForce, stroke_mm: float) -> RampTo:
         """Return the ramp to where the force is expected, from rest; never back."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from bufferstand.protocols.commanded import Sine, piston_mm
 from bufferstand.protocols.first_cycle import first_turns
 from bufferstand.protocols.prediction import Predictor
-from bufferstand.protocols.steps import Harmonic, Motion, StaticCycles, TurnChanges, Turns
+from bufferstand.protocols.steps import ExpectedTurns, Harmonic, Motion, StaticCycles, TurnChanges
 
 WARMER_K = 10.0
 """The second temperature, so much above that of the beginning [K]."""
@@ -23,7 +23,7 @@ SETTLING_CYCLES = 8
 def turn_changes(
     predictor: Predictor,
     motion: Motion,
-    turns: Turns | None,
+    turns: ExpectedTurns | None,
     begin_C: float,
     ramp_speed_mm_per_s: float,
     give_mm_per_kN: float,
@@ -83,9 +83,9 @@ def turn_changes(
     return TurnChanges(begin_C, warmer_C, warmer, tuple(first), top)
 
 
-def _turns(stroke: Sine, lower_kN: float, upper_kN: float, give_mm_per_kN: float) -> Turns:
+def _turns(stroke: Sine, lower_kN: float, upper_kN: float, give_mm_per_kN: float) -> ExpectedTurns:
     low_mm, high_mm = stroke.lower_mm, stroke.upper_mm
-    return Turns(
+    return ExpectedTurns(
         low_mm, high_mm, lower_kN, upper_kN,
         piston_mm(low_mm, lower_kN, give_mm_per_kN), piston_mm(high_mm, upper_kN, give_mm_per_kN),
     )  # fmt: skip

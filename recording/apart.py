@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.faults import Finding, content_faults
+from bufferstand.recording.faults import ContentFault, content_faults
 from bufferstand.recording.reading import RESTORE
 
 LEAST_S = 30
@@ -29,7 +29,7 @@ _WALL_RATIO = 10
 """Waiting for a disk or for busy cores is no fault of the file; waiting for ever helps nobody."""
 
 
-def content_faults_apart(path: Path) -> list[Finding]:
+def content_faults_apart(path: Path) -> list[ContentFault]:
     """Return :func:`bufferstand.recording.faults.content_faults` of a file that is not as it was sealed.
 
     Parameters
@@ -75,10 +75,10 @@ def _damaged(what: str, path: Path) -> BadInput:
     )
 
 
-def _understood(said: dict[str, Any], path: Path) -> list[Finding]:
+def _understood(said: dict[str, Any], path: Path) -> list[ContentFault]:
     if "refused" in said:
         raise BadInput(file=path, **said["refused"])
-    return [Finding(**finding) for finding in said["findings"]]
+    return [ContentFault(**finding) for finding in said["findings"]]
 
 
 def _look(path: Path, seconds: int) -> None:

@@ -18,7 +18,7 @@ from bufferstand.recording.walk import files_below, is_there
 
 
 @dataclass(frozen=True)
-class RunFacts:
+class RunFileFacts:
     """Key facts of a run file; ``problem`` says why there are none, where the file cannot be read.
 
     ``simulated`` is None where nothing tells (:mod:`bufferstand.recording.simulated`).
@@ -100,7 +100,7 @@ def unsealed(paths: Iterable[Path]) -> list[Path]:
     return list(dict.fromkeys(found))
 
 
-def list_runs(path: Path) -> list[RunFacts]:
+def list_runs(path: Path) -> list[RunFileFacts]:
     """Return the facts of a run file, or of all in a folder and the folders below it, sorted by path.
 
     A file that cannot be read is listed with its ``problem``: it must not hide the others. Data are not
@@ -114,15 +114,15 @@ def list_runs(path: Path) -> list[RunFacts]:
     return [facts_of(file) for file in run_files([path])]
 
 
-def facts_of(path: Path) -> RunFacts:
+def facts_of(path: Path) -> RunFileFacts:
     """Return the facts of one file; never raises for what is in it."""
     try:
         document = read_metadata(path)
     except (BadInput, OSError) as error:
-        return RunFacts(path, problem=_why_unreadable(path, error))
+        return RunFileFacts(path, problem=_why_unreadable(path, error))
     run = _table(document, "run")
     step = _table(document, "step")
-    return RunFacts(
+    return RunFileFacts(
         path=path,
         id=str(run.get("id", "")),
         kind=str(run.get("kind", "")),

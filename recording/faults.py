@@ -17,7 +17,7 @@ from bufferstand.recording.reading import column_blocks, open_tree, read_documen
 
 
 @dataclass(frozen=True)
-class Finding:
+class ContentFault:
     """One thing that was found.
 
     ``fault``: the file is damaged or altered and must not be trusted. ``note``: the file is as it was
@@ -29,7 +29,7 @@ class Finding:
     text: str
 
 
-def content_faults(path: Path) -> list[Finding]:
+def content_faults(path: Path) -> list[ContentFault]:
     """Compare the metadata document and every dataset with their hashes; independent of the file's bytes.
 
     Raises
@@ -42,32 +42,32 @@ def content_faults(path: Path) -> list[Finding]:
         check_format(document, path)
         faults = []
         if not is_unaltered(document):
-            faults.append(Finding("fault", "metadata", "the metadata were altered"))
+            faults.append(ContentFault("fault", "metadata", "the metadata were altered"))
         datasets = document.get("datasets")
         if not isinstance(datasets, dict):
-            return [*faults, Finding("fault", "metadata: datasets", "the list of datasets is missing")]
+            return [*faults, ContentFault("fault", "metadata: datasets", "the list of datasets is missing")]
         for place, facts in datasets.items():
             faults += _dataset_faults(tree, path, place, facts)
         present: list[str] = []
         tree.visititems(lambda name, item: present.append(name) if isinstance(item, h5py.Dataset) else None)
         faults += [
-            Finding("fault", name, "a dataset that was not sealed with the rest")
+            ContentFault("fault", name, "a dataset that was not sealed with the rest")
             for name in sorted(set(present) - set(datasets))
         ]
         try:
             check_document(document, path)
         except BadInput as error:
-            faults.append(Finding("fault", error.place, error.problem))
+            faults.append(ContentFault("fault", error.place, error.problem))
     return faults
 
 
-def _dataset_faults(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> list[Finding]:
+def _dataset_faults(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> list[ContentFault]:
     digest = hashlib.sha256()
     try:
         for block in column_blocks(tree, path, place, facts):
             digest.update(np.ascontiguousarray(block).data)
     except BadInput as error:
-        return [Finding("fault", place, error.problem)]
+        return [ContentFault("fault", place, error.problem)]
     if digest.hexdigest() != facts.get("sha256"):
-        return [Finding("fault", place, "the numbers are not those that were sealed (SHA-256)")]
+        return [ContentFault("fault", place, "the numbers are not those that were sealed (SHA-256)")]
     return []

@@ -20,27 +20,27 @@ from bufferstand.recording.cachefile import (
     default_folder,
     stamp_of,
 )
-from bufferstand.recording.catalogue import RunFacts, facts_of, run_files
-from bufferstand.recording.query import Field
+from bufferstand.recording.catalogue import RunFileFacts, facts_of, run_files
+from bufferstand.recording.query import QueryField
 
 FILE_NAME = "runs-3.sqlite"
 YES_OR_NO = {True: "yes", False: "no"}
 """In which words it is asked whether a run was made on a simulated stand."""
 PLANNED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
-RECORDED: Mapping[str, Field] = {
-    "id": Field("id", "text"),
-    "kind": Field("kind", "text"),
-    "status": Field("status", "text"),
-    "specimen": Field("specimen", "text"),
-    "campaign": Field("campaign", "text"),
-    "operator": Field("operator", "text"),
-    "step": Field("step", "text"),
-    "date": Field("started_utc", "date"),
-    "started_utc": Field("started_utc", "date"),
-    "simulated": Field("simulated", "text"),
-    "path": Field("path", "text"),
-    "sha256": Field("sha256", "text"),
-    **{name: Field(name, "number") for name in PLANNED},
+RECORDED: Mapping[str, QueryField] = {
+    "id": QueryField("id", "text"),
+    "kind": QueryField("kind", "text"),
+    "status": QueryField("status", "text"),
+    "specimen": QueryField("specimen", "text"),
+    "campaign": QueryField("campaign", "text"),
+    "operator": QueryField("operator", "text"),
+    "step": QueryField("step", "text"),
+    "date": QueryField("started_utc", "date"),
+    "started_utc": QueryField("started_utc", "date"),
+    "simulated": QueryField("simulated", "text"),
+    "path": QueryField("path", "text"),
+    "sha256": QueryField("sha256", "text"),
+    **{name: QueryField(name, "number") for name in PLANNED},
 }
 """What can be asked of a run from its recording alone, by name."""
 _SCHEMA = (
@@ -49,7 +49,7 @@ _SCHEMA = (
 )
 
 
-def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
+def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFileFacts]:
     """Return what :func:`bufferstand.recording.catalogue.list_runs` returns, with the help of the index.
 
     Parameters
@@ -68,8 +68,8 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
     index = CacheFile(folder or default_folder(), FILE_NAME, _SCHEMA)
     try:
         known = _known(index)
-        found: list[RunFacts] = []
-        fresh: list[tuple[str, Stamp, RunFacts]] = []
+        found: list[RunFileFacts] = []
+        fresh: list[tuple[str, Stamp, RunFileFacts]] = []
         for file in files:
             name, stamp = readable(file.resolve()), stamp_of(file)
             entry = known.get(name)
@@ -87,7 +87,7 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFacts]:
         index.close()
 
 
-def recorded_facts(run: RunFacts) -> dict[str, Any]:
+def recorded_facts(run: RunFileFacts) -> dict[str, Any]:
     """Return what is known of a run from its recording, by the facts of :data:`RECORDED`."""
     return {
         "id": run.id,
@@ -117,7 +117,7 @@ def _known(index: CacheFile) -> dict[str, tuple[Stamp, int, str]]:
     return {}
 
 
-def _remember(index: CacheFile, fresh: Sequence[tuple[str, Stamp, RunFacts]]) -> None:
+def _remember(index: CacheFile, fresh: Sequence[tuple[str, Stamp, RunFileFacts]]) -> None:
     texts = [_text(facts) for _, _, facts in fresh]
     rows = [
         (name, *stamp.row(), check_sum(text), text)
@@ -128,14 +128,14 @@ def _remember(index: CacheFile, fresh: Sequence[tuple[str, Stamp, RunFacts]]) ->
             connection.executemany("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
 
 
-def _text(facts: RunFacts) -> str:
+def _text(facts: RunFileFacts) -> str:
     return json.dumps({key: value for key, value in asdict(facts).items() if key != "path"})
 
 
-def _facts(path: Path, stated: int, text: str) -> RunFacts | None:
+def _facts(path: Path, stated: int, text: str) -> RunFileFacts | None:
     if stated != check_sum(text):
         return None
     try:
-        return RunFacts(path=path, **json.loads(text))
+        return RunFileFacts(path=path, **json.loads(text))
     except (ValueError, TypeError):  # of another version
         return None

@@ -80,7 +80,7 @@ class EndRecord:
 Record = DataRecord | Anchor | Event | EndRecord
 
 
-class Stop(Enum):
+class JournalEnd(Enum):
     """Why reading a journal stopped where it did."""
 
     ENDED = "end record"
@@ -202,7 +202,7 @@ class JournalReader:
         self.frames = 0
         self.crc = 0
         """CRC of the last valid frame: by the chain, a fingerprint of all of them."""
-        self.stop = Stop.OPEN
+        self.stop = JournalEnd.OPEN
         self.why = "nothing was read yet"
         self.drained = False
         """Whether the last call of :meth:`poll` came to where reading stops."""
@@ -243,7 +243,7 @@ class JournalReader:
         began = self.offset
         self.drained = True
         buffer, at = b"", 0  # ``at`` is where in the buffer the byte ``self.offset`` of the file lies
-        while self.stop is not Stop.ENDED:
+        while self.stop is not JournalEnd.ENDED:
             if at_most is not None and self.offset - began >= at_most:
                 self.drained = False
                 break
@@ -262,7 +262,7 @@ class JournalReader:
             try:
                 record = self._record(kind, stream, payload)
             except (ValueError, KeyError, TypeError, struct.error) as error:
-                self._stop(Stop.INVALID, f"record {self.frames} makes no sense ({error})")
+                self._stop(JournalEnd.INVALID, f"record {self.frames} makes no sense ({error})")
                 break
             size = FRAME.size + len(payload)
             at += size
@@ -272,7 +272,7 @@ class JournalReader:
             if record is not None:
                 records.append(record)
             if kind == FrameKind.END:
-                self._stop(Stop.ENDED, "end record")
+                self._stop(JournalEnd.ENDED, "end record")
         return records
 
     def _next_frame(self, buffer: bytes, at: int) -> tuple[int, int, bytes, int] | int | None:
@@ -284,12 +284,12 @@ class JournalReader:
         magic, crc, length, kind, _, stream, number = head
         if magic != MAGIC:
             if not any(buffer[at : at + FRAME.size]):
-                self._stop(Stop.OPEN, "no further record, only reserved space")
+                self._stop(JournalEnd.OPEN, "no further record, only reserved space")
             else:
-                self._stop(Stop.INVALID, f"no record begins at byte {self.offset}")
+                self._stop(JournalEnd.INVALID, f"no record begins at byte {self.offset}")
             return None
         if length > MAX_PAYLOAD or number != self.frames:
-            self._stop(Stop.INVALID, f"the record at byte {self.offset} does not continue those before")
+            self._stop(JournalEnd.INVALID, f"the record at byte {self.offset} does not continue those before")
             return None
         size = FRAME.size + length
         if held < size:
@@ -297,17 +297,19 @@ class JournalReader:
         payload = buffer[at + FRAME.size : at + size]
         covered = zlib.crc32(buffer[at + _CRC_FROM : at + FRAME.size], self.crc)
         if zlib.crc32(payload, covered) != crc:
-            self._stop(Stop.TORN, f"the record at byte {self.offset} is torn or altered (CRC)")
+            self._stop(JournalEnd.TORN, f"the record at byte {self.offset} is torn or altered (CRC)")
             return None
         return kind, stream, payload, crc
 
     def _judge_end(self, buffer: bytes) -> None:
         if any(buffer):
-            self._stop(Stop.TORN, f"the record at byte {self.offset} is cut short after {len(buffer)} bytes")
+            self._stop(
+                JournalEnd.TORN, f"the record at byte {self.offset} is cut short after {len(buffer)} bytes"
+            )
         else:
-            self._stop(Stop.OPEN, "no further record")
+            self._stop(JournalEnd.OPEN, "no further record")
 
-    def _stop(self, stop: Stop, why: str) -> None:
+    def _stop(self, stop: JournalEnd, why: str) -> None:
         self.stop, self.why = stop, why
 
     def _record(self, kind: int, stream: int, payload: bytes) -> Record | None:

@@ -39,7 +39,7 @@ _SEAL = re.compile(rb"^bufferstand/run \d+\nsha256 of all bytes after byte 512: 
 
 
 @dataclass(frozen=True)
-class Column:
+class DatasetColumn:
     """A dataset to be: its place, type and shape of its numbers, and the unit in which they are stored."""
 
     place: str
@@ -61,18 +61,20 @@ def stream_columns(
     channels: Mapping[str, np.dtype[Any]],
     segments: int,
     raw_units: Mapping[str, str],
-) -> list[Column]:
+) -> list[DatasetColumn]:
     """Return the datasets of a stream: time, channels as delivered, segments."""
     place = f"{ENTRY}/{name}"
     imported = time.kind == "f"
     stamps = ("time_s", "<f8", "s") if imported else ("time_us", "<i8", "us")
     return [
-        Column(f"{place}/{stamps[0]}", np.dtype(stamps[1]), (rows,), stamps[2]),
+        DatasetColumn(f"{place}/{stamps[0]}", np.dtype(stamps[1]), (rows,), stamps[2]),
         *(
-            Column(f"{place}/{channel}", dtype.newbyteorder("<"), (rows,), raw_units.get(channel, "count"))
+            DatasetColumn(
+                f"{place}/{channel}", dtype.newbyteorder("<"), (rows,), raw_units.get(channel, "count")
+            )
             for channel, dtype in channels.items()
         ),
-        Column(f"{place}/segments", np.dtype("<i8"), (segments, 3), None),
+        DatasetColumn(f"{place}/segments", np.dtype("<i8"), (segments, 3), None),
     ]
 
 
@@ -102,18 +104,18 @@ class Widths:
             if not text.isascii():
                 self._beyond_ascii.add(place)
 
-    def columns(self) -> list[Column]:
+    def columns(self) -> list[DatasetColumn]:
         """Return the datasets of all events and anchors that were counted."""
 
-        def numbers(place: str, dtype: str, units: str) -> Column:
+        def numbers(place: str, dtype: str, units: str) -> DatasetColumn:
             rows = self.events if place.startswith("events") else self.anchors
-            return Column(f"{ENTRY}/{place}", np.dtype(dtype), (rows,), units)
+            return DatasetColumn(f"{ENTRY}/{place}", np.dtype(dtype), (rows,), units)
 
-        def texts(place: str) -> Column:
+        def texts(place: str) -> DatasetColumn:
             rows = self.events if place.startswith("events") else self.anchors
             encoding = "utf-8" if place in self._beyond_ascii else "ascii"
             dtype = h5py.string_dtype(encoding, self._width[place])
-            return Column(f"{ENTRY}/{place}", dtype, (rows,), None)
+            return DatasetColumn(f"{ENTRY}/{place}", dtype, (rows,), None)
 
         return [
             numbers("events/at_s", "<f8", "s"),
@@ -160,7 +162,7 @@ class TreeWriter:
         If the disk has no room.
     """
 
-    def __init__(self, file: TreeFile, columns: Sequence[Column]) -> None:
+    def __init__(self, file: TreeFile, columns: Sequence[DatasetColumn]) -> None:
         self._file = file
         chunks = sum(-(-column.shape[0] // column.chunk_rows) for column in columns)
         self._structure_bytes = _STRUCTURE_BYTES + _STRUCTURE_BYTES_PER_CHUNK * chunks
@@ -226,7 +228,7 @@ class TreeWriter:
 class _GrowingDataset:
     """A dataset of known length, written chunk by chunk."""
 
-    def __init__(self, tree: Any, column: Column, reserve: Callable[[int], None]) -> None:
+    def __init__(self, tree: Any, column: DatasetColumn, reserve: Callable[[int], None]) -> None:
         self._column, self._reserve = column, reserve
         self._digest = hashlib.sha256()
         self._written = self._held = 0

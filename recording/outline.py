@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import Anchor, Event, Segment, add_segment
-from bufferstand.recording.journal import DataRecord, EndRecord, Record, Stop
-from bufferstand.recording.layout import ENTRY, Column, Widths, item_values, segment_rows, stream_columns
+from bufferstand.recording.journal import DataRecord, EndRecord, JournalEnd, Record
+from bufferstand.recording.layout import (
+    ENTRY,
+    DatasetColumn,
+    Widths,
+    item_values,
+    segment_rows,
+    stream_columns,
+)
 from bufferstand.recording.segments import ChainReader
 
 
@@ -70,15 +77,15 @@ class Outline:
     frames: int
     valid_bytes: int
     crc: int
-    stop: Stop
+    stop: JournalEnd
     why: str
     more_follows: bool
     missing: int
 
-    def columns(self, names: Sequence[str]) -> list[Column]:
+    def columns(self, names: Sequence[str]) -> list[DatasetColumn]:
         """Return the datasets of the run file, with those of the named streams in the given order."""
         stamps = np.dtype("<i8")
-        columns: list[Column] = []
+        columns: list[DatasetColumn] = []
         for name in names:
             stream = self.streams[name]
             columns += stream_columns(name, stream.rows, stamps, stream.dtypes, len(stream.segments), {})

@@ -47,7 +47,7 @@ _EXAMPLE = 'write for example  prestress >= 50 and specimen == "A-105"'
 
 
 @dataclass(frozen=True)
-class Field:
+class QueryField:
     """Something that can be asked of a run: the name of the fact, and what it is."""
 
     fact: str
@@ -70,7 +70,7 @@ class Query:
     matches: Callable[[Facts], bool]
 
 
-def parse_query(text: str, fields: Mapping[str, Field]) -> Query:
+def parse_query(text: str, fields: Mapping[str, QueryField]) -> Query:
     """Return the query that an expression stands for.
 
     Parameters
@@ -106,7 +106,7 @@ def parse_query(text: str, fields: Mapping[str, Field]) -> Query:
 
 
 class _Parser:
-    def __init__(self, text: str, begin: int, fields: Mapping[str, Field]) -> None:
+    def __init__(self, text: str, begin: int, fields: Mapping[str, QueryField]) -> None:
         self._text, self._begin, self._fields = text, begin, fields
         self.facts: set[str] = set()
 
@@ -149,7 +149,7 @@ class _Parser:
             raise self._wrong(right, "two names are compared", 'a text is written in quotes: "…"')
         return self._ordered(self._field(left), type(sign), right)
 
-    def _ordered(self, field: Field, sign: type[ast.cmpop], node: ast.expr) -> Test:
+    def _ordered(self, field: QueryField, sign: type[ast.cmpop], node: ast.expr) -> Test:
         value, fact = self._value(node, field), field.fact
         if sign in (ast.Eq, ast.NotEq):
             same = self._same(field, node, value)
@@ -163,7 +163,7 @@ class _Parser:
             return _of_date(fact, lambda known: compare(known[: len(value)], value))
         return _of_known(fact, lambda known: compare(known, value))
 
-    def _same(self, field: Field, node: ast.expr, value: Any) -> Callable[[Any], bool]:
+    def _same(self, field: QueryField, node: ast.expr, value: Any) -> Callable[[Any], bool]:
         if field.type == "date":
             return lambda known: bool(known[: len(value)] == value)
         if field.type == "text":
@@ -192,7 +192,7 @@ class _Parser:
             return _of_known(field.fact, lambda known: (part in known) != negated)
         raise self._wrong(left, '“in” is understood as  name in (a, b)  or  "part" in name')
 
-    def _field(self, node: ast.expr) -> Field:
+    def _field(self, node: ast.expr) -> QueryField:
         if not isinstance(node, ast.Name):
             raise self._wrong(node, "a name is wanted here")
         field = self._fields.get(node.id)
@@ -205,7 +205,7 @@ class _Parser:
         self.facts.add(field.fact)
         return field
 
-    def _value(self, node: ast.expr, field: Field) -> Any:
+    def _value(self, node: ast.expr, field: QueryField) -> Any:
         """Return the value that is written at a place, of the field's type."""
         value: Any = None
         if isinstance(node, ast.Constant):

@@ -64,7 +64,7 @@ def _damaged(path: Path, error: Exception) -> BadInput:
     return BadInput(f"damaged: {_short(error)}", file=path, remedy=RESTORE)
 
 
-class Reader:
+class DatasetReader:
     """Reads datasets of one run file, which is opened for each one, or once for all while it is held.
 
     Parameters

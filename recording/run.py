@@ -19,7 +19,7 @@ from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.clockmap import ClockMap
 from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
 from bufferstand.recording.layout import ENTRY
-from bufferstand.recording.reading import Reader
+from bufferstand.recording.reading import DatasetReader
 from bufferstand.recording.stream import Columns, StreamData
 
 STROKES = ("stroke_1", "stroke_2")
@@ -55,7 +55,7 @@ class Run:
 
     def __init__(
         self,
-        reader: Reader,
+        reader: DatasetReader,
         metadata: dict[str, Any],
         streams: Mapping[str, StreamData],
     ) -> None:

@@ -16,7 +16,7 @@ from bufferstand.recording.durable import give_final_name
 from bufferstand.recording.faults import content_faults
 from bufferstand.recording.layout import (
     ENTRY,
-    Column,
+    DatasetColumn,
     TreeWriter,
     Widths,
     file_is_as_sealed,
@@ -34,7 +34,7 @@ from bufferstand.recording.metadata import (
     check_new_document,
     is_unaltered,
 )
-from bufferstand.recording.reading import RESTORE, Reader
+from bufferstand.recording.reading import RESTORE, DatasetReader
 from bufferstand.recording.run import Run, Series
 from bufferstand.recording.stream import StreamData
 from bufferstand.recording.tree_file import TreeFile
@@ -110,7 +110,7 @@ def write_columns(
     path: Path,
     metadata: Mapping[str, Any],
     heads: Mapping[str, StreamHead],
-    columns: Sequence[Column],
+    columns: Sequence[DatasetColumn],
     values: Iterable[tuple[str, NDArray[Any]]],
 ) -> Path:
     """Write a run file of known datasets, whose numbers come bit by bit; otherwise as :func:`write_run`.
@@ -197,7 +197,7 @@ def read_metadata(path: Path) -> dict[str, Any]:
     BadInput
         If it is no run file, of a newer format, or its document is altered.
     """
-    return _unaltered_document(Reader(path))
+    return _unaltered_document(DatasetReader(path))
 
 
 def open_run(path: Path) -> Run:
@@ -227,19 +227,19 @@ def opened_run(path: Path) -> Iterator[Run]:
     whole = path.is_file() and file_is_as_sealed(path)
     if not whole:
         _refuse_faulty(path)
-    reader = Reader(path, sealed=whole)
+    reader = DatasetReader(path, sealed=whole)
     with reader.held():
         yield _run(reader, _document(reader) if whole else _unaltered_document(reader))
 
 
-def _document(reader: Reader) -> dict[str, Any]:
+def _document(reader: DatasetReader) -> dict[str, Any]:
     """Return the metadata document, of a format that is understood."""
     document = reader.document()
     check_format(document, reader.path)
     return document
 
 
-def _unaltered_document(reader: Reader) -> dict[str, Any]:
+def _unaltered_document(reader: DatasetReader) -> dict[str, Any]:
     """Return the metadata document of any file, if it is the one whose hash it states."""
     document = _document(reader)
     if not is_unaltered(document):
@@ -253,7 +253,7 @@ def _refuse_faulty(path: Path) -> None:
         raise BadInput(faults[0].text, file=path, place=faults[0].place, remedy=RESTORE)
 
 
-def _run(reader: Reader, document: dict[str, Any]) -> Run:
+def _run(reader: DatasetReader, document: dict[str, Any]) -> Run:
     heads = check_document(document, reader.path)
     facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
     streams = {

@@ -21,10 +21,10 @@ from bufferstand.recording.content import MAIN_STREAM
 from bufferstand.recording.journal import (
     DataRecord,
     EndRecord,
+    JournalEnd,
     JournalReader,
     JournalWriter,
     Record,
-    Stop,
     more_records_behind,
 )
 from bufferstand.recording.journal_file import JournalFile
@@ -270,7 +270,7 @@ class ChainReader:
         self._reader.close()
 
     @property
-    def stop(self) -> Stop:
+    def stop(self) -> JournalEnd:
         """Why reading stopped where it did."""
         return self._reader.stop
 
@@ -294,7 +294,8 @@ class ChainReader:
     def more_lies_behind(self) -> bool:
         """Tell whether a segment that lacks records seems to hold further ones behind an invalid one."""
         return self._more_behind or (
-            self.stop is not Stop.ENDED and more_records_behind(self._reader.path, self._reader.offset + 1)
+            self.stop is not JournalEnd.ENDED
+            and more_records_behind(self._reader.path, self._reader.offset + 1)
         )
 
     def poll(self, at_most: int | None = None) -> list[Record]:
@@ -311,7 +312,7 @@ class ChainReader:
             If the journal was written in a newer format, or a segment is not one of this run.
         """
         records = self._take(self._reader.poll(at_most))
-        while self.drained and self.stop is not Stop.ENDED:
+        while self.drained and self.stop is not JournalEnd.ENDED:
             following = self._following()
             if following is None:
                 break

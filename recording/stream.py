@@ -13,14 +13,14 @@ from bufferstand.foundation.channel import Channel
 from bufferstand.recording.content import MICROSECOND_S, Segment
 from bufferstand.recording.layout import ENTRY
 from bufferstand.recording.metadata import StreamHead
-from bufferstand.recording.reading import Reader
+from bufferstand.recording.reading import DatasetReader
 
 
 class Columns(Mapping[str, NDArray[Any]]):
     """Datasets of one group, each read when it is first asked for."""
 
     def __init__(
-        self, reader: Reader, places: Mapping[str, str], facts: Mapping[str, Mapping[str, Any]]
+        self, reader: DatasetReader, places: Mapping[str, str], facts: Mapping[str, Mapping[str, Any]]
     ) -> None:
         self._reader, self._places, self._facts = reader, dict(places), facts
         self._read: dict[str, NDArray[Any]] = {}
@@ -62,7 +62,9 @@ class StreamData:
         By ``time``, ``counts`` (when one is read) and ``segments``, if a dataset is damaged.
     """
 
-    def __init__(self, reader: Reader, head: StreamHead, facts: Mapping[str, Mapping[str, Any]]) -> None:
+    def __init__(
+        self, reader: DatasetReader, head: StreamHead, facts: Mapping[str, Mapping[str, Any]]
+    ) -> None:
         place = f"{ENTRY}/{head.name}"
         self.name, self.clock, self.device = head.name, head.clock, head.device
         self.rate_Hz = head.rate_Hz

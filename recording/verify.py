@@ -11,15 +11,15 @@ import numpy as np
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.apart import content_faults_apart
 from bufferstand.recording.content import MAIN_STREAM, Segment, gaps_of
-from bufferstand.recording.faults import Finding, content_faults
+from bufferstand.recording.faults import ContentFault, content_faults
 from bufferstand.recording.layout import ENTRY, file_is_as_sealed
 from bufferstand.recording.outline import outline
 from bufferstand.recording.reading import column_blocks, open_tree, read_column, read_document
 
-__all__ = ["Finding", "recording_notes", "verify", "verify_journal"]
+__all__ = ["ContentFault", "recording_notes", "verify", "verify_journal"]
 
 
-def verify(path: Path) -> list[Finding]:
+def verify(path: Path) -> list[ContentFault]:
     """Check a run file completely; no findings means that it is whole, unaltered and without gaps.
 
     Raises
@@ -31,15 +31,15 @@ def verify(path: Path) -> list[Finding]:
     try:
         if not whole:
             altered = "its bytes are not those that were sealed: damaged, altered or repacked"
-            return [*content_faults_apart(path), Finding("fault", "file", altered)]
+            return [*content_faults_apart(path), ContentFault("fault", "file", altered)]
         return content_faults(path) or recording_notes(path)
     except BadInput as error:
         if whole or "newer" in error.problem or "not a run file" in error.problem:
             raise
-        return [Finding("fault", error.place or "file", error.problem)]
+        return [ContentFault("fault", error.place or "file", error.problem)]
 
 
-def verify_journal(journal: Path) -> list[Finding]:
+def verify_journal(journal: Path) -> list[ContentFault]:
     """Check the journal of a run that is not sealed: what of it can be recovered, and what cannot.
 
     Raises
@@ -49,19 +49,19 @@ def verify_journal(journal: Path) -> list[Finding]:
     """
     found = outline(journal)
     if found.header is None:
-        return [Finding("fault", "header", f"nothing can be recovered: {found.why}")]
+        return [ContentFault("fault", "header", f"nothing can be recovered: {found.why}")]
     findings = []
     if found.more_follows or found.missing:
         text = f"records are damaged: {found.why}; what lies before them can be recovered"
-        findings.append(Finding("fault", "records", text))
+        findings.append(ContentFault("fault", "records", text))
     elif found.end is None:
-        findings.append(Finding("note", "records", f"the recording broke off: {found.why}"))
+        findings.append(ContentFault("note", "records", f"the recording broke off: {found.why}"))
     rows = found.streams[MAIN_STREAM].rows if MAIN_STREAM in found.streams else 0
     text = f"not sealed yet, holds {rows} sample(s) of the controller; “bufferstand resume” seals it"
-    return [*findings, Finding("note", "journal", text)]
+    return [*findings, ContentFault("note", "journal", text)]
 
 
-def recording_notes(path: Path) -> list[Finding]:
+def recording_notes(path: Path) -> list[ContentFault]:
     """Return what the recording lacks: its status if not complete, gaps, time stamps that step back.
 
     Raises
@@ -75,27 +75,27 @@ def recording_notes(path: Path) -> list[Finding]:
         notes = []
         if run["status"] not in ("complete", "imported"):
             reason = f": {run['reason']}" if run.get("reason") else ""
-            notes.append(Finding("note", "run", f"{run['status']}{reason}"))
+            notes.append(ContentFault("note", "run", f"{run['status']}{reason}"))
         notes += [
-            Finding("note", "original", str(finding))
+            ContentFault("note", "original", str(finding))
             for finding in (document.get("original") or {}).get("findings", [])
         ]
         for name in document["streams"]:
             place = f"{ENTRY}/{name}/segments"
             if place not in document["datasets"]:
-                notes.append(Finding("note", f"{ENTRY}/{name}", "not one sample was recorded"))
+                notes.append(ContentFault("note", f"{ENTRY}/{name}", "not one sample was recorded"))
                 continue
             rows = read_column(tree, path, place, document["datasets"][place])
             gaps = gaps_of([Segment(*(int(v) for v in row)) for row in rows])
             if gaps:
                 lost = sum(count for _, count in gaps)
                 text = f"{len(gaps)} gap(s), {lost} sample(s) lost; the first after row {gaps[0][0]}"
-                notes.append(Finding("note", f"{ENTRY}/{name}", text))
+                notes.append(ContentFault("note", f"{ENTRY}/{name}", text))
             notes += _time_notes(tree, path, name, document["datasets"])
     return notes
 
 
-def _time_notes(tree: Any, path: Path, name: str, datasets: Mapping[str, Any]) -> list[Finding]:
+def _time_notes(tree: Any, path: Path, name: str, datasets: Mapping[str, Any]) -> list[ContentFault]:
     place = f"{ENTRY}/{name}/time_us"
     if place not in datasets:
         return []  # of an imported record: among the findings of the import
@@ -109,4 +109,4 @@ def _time_notes(tree: Any, path: Path, name: str, datasets: Mapping[str, Any]) -
         row, last = row + len(block), block[-1:]
     if not count:
         return []
-    return [Finding("note", place, f"{count} time stamp(s) do not advance, the first after row {first}")]
+    return [ContentFault("note", place, f"{count} time stamp(s) do not advance, the first after row {first}")]

@@ -13,7 +13,7 @@ from bufferstand.cli.options import FILE, check_named, show_table, write_json
 from bufferstand.foundation.errors import ExitStatus
 
 if TYPE_CHECKING:
-    from bufferstand.evaluation.archive.comparison import Comparison, Move
+    from bufferstand.evaluation.archive.comparison import EvaluationComparison, Move
 
 MOST_SHOWN = 25
 """Moves and changed verdicts that are printed; all are in the table and the JSON."""
@@ -55,7 +55,7 @@ def command(old: Path, new: Path, cycles: bool, json_file: str | None, table: Pa
     return ExitStatus.DONE
 
 
-def _document(found: Comparison) -> dict[str, Any]:
+def _document(found: EvaluationComparison) -> dict[str, Any]:
     return {
         "schema": "bufferstand/comparison/1",
         "changed": {name: {"old": a, "new": b} for name, (a, b) in found.changed.items()},
@@ -68,7 +68,7 @@ def _document(found: Comparison) -> dict[str, Any]:
     }
 
 
-def _show(found: Comparison) -> None:
+def _show(found: EvaluationComparison) -> None:
     for name, (a, b) in found.changed.items():
         click.echo(f"{name}: {_short(a)} → {_short(b)}")
     counts = f"{found.compared} runs compared"

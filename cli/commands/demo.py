@@ -15,7 +15,7 @@ from bufferstand.foundation.durations import duration_text
 from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from bufferstand.cli.campaigns import Prepared
+    from bufferstand.cli.campaigns import PreparedCampaign
 
 SPEED = 6.0
 """Stand time in multiples of real time: nine minutes of testing in one and a half."""
@@ -82,7 +82,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     return ExitStatus.DONE
 
 
-def _stopped_as_intended(prepared: Prepared, folder: Path) -> bool:
+def _stopped_as_intended(prepared: PreparedCampaign, folder: Path) -> bool:
     """Return whether all steps but the last are complete, and the last was stopped by a warm specimen."""
     from bufferstand.daq.folder import load_record
 

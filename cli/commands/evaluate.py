@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.judging import Judging, judging_options
+from bufferstand.cli.judging import JudgingOptions, judging_options
 from bufferstand.cli.options import FILE, FOLDER, check_named, open_output, warn
 from bufferstand.evaluation.choices import DRAWS, check_draws
 from bufferstand.foundation.errors import BadInput, ExitStatus
@@ -70,7 +70,7 @@ def command(
     json_file: str | None,
     table: Path | None,
     run_table: Path | None,
-    judging: Judging,
+    judging: JudgingOptions,
     draws: int,
     jobs: int | None,
     cluster: str | None,
@@ -91,8 +91,8 @@ def command(
     from bufferstand.cli.evaluation_view import show_evaluation
     from bufferstand.evaluation.archive.cache import Cache
     from bufferstand.evaluation.archive.evaluate import evaluate_archive
-    from bufferstand.evaluation.archive.identity import Settings, software
-    from bufferstand.evaluation.archive.kept import Wanted
+    from bufferstand.evaluation.archive.identity import EvaluationSettings, software
+    from bufferstand.evaluation.archive.kept import RequestedParts
     from bufferstand.evaluation.archive.sources import find_runs
     from bufferstand.evaluation.archive.tables import document, write_document, write_tables
     from bufferstand.evaluation.table import check_table_name
@@ -105,7 +105,7 @@ def command(
     if cluster is not None and jobs is not None:
         raise click.UsageError("--jobs is for this machine; how many work on a cluster, its workers say")
     files = find_runs(paths, lists)
-    settings = Settings(replace(judging.options, draws=draws), judging.limit_set)
+    settings = EvaluationSettings(replace(judging.options, draws=draws), judging.limit_set)
     cache = None if no_cache else Cache(folder or default_folder(), settings.sha256, software().sha256)
     to_terminal = json_file != "-"
     shown_whole = len(files) <= SHOWN_RUNS
@@ -116,7 +116,7 @@ def command(
                 settings,
                 _workers(cluster, jobs),
                 cache,
-                wanted=Wanted(
+                wanted=RequestedParts(
                     entries=json_file is not None or shown_whole,
                     rows=table is not None and table.suffix.lower() == ".csv",
                 ),
@@ -145,13 +145,13 @@ def command(
 
 
 def _workers(cluster: str | None, jobs: int | None) -> Workers:
-    from bufferstand.evaluation.archive.local import Local
+    from bufferstand.evaluation.archive.local import LocalWorkers
 
     if cluster is None:
-        return Local(jobs)
-    from bufferstand.evaluation.archive.cluster import Cluster
+        return LocalWorkers(jobs)
+    from bufferstand.evaluation.archive.cluster import ClusterWorkers
 
-    return Cluster(cluster, warn)
+    return ClusterWorkers(cluster, warn)
 
 
 def _refuse_single(files: Sequence[Path], evaluation: ArchiveEvaluation) -> None:

@@ -13,7 +13,7 @@ from bufferstand.cli.samples import sample
 from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from bufferstand.evaluation.paper_comparison import Comparison, Row
+    from bufferstand.evaluation.paper_comparison import PaperComparison, PaperRow
 
 
 @click.command("paper", epilog="Example:  bufferstand model paper --out paper-figures")
@@ -54,7 +54,7 @@ def command(out: Path) -> int:
     return int(ExitStatus.DONE)
 
 
-def page(found: Comparison) -> str:
+def page(found: PaperComparison) -> str:
     """Return the comparison as a Markdown page: the table, then the pictures."""
     lines = ["# The paper's figures, simulated", "", *table(found.rows), ""]
     for figure in found.figures:
@@ -62,7 +62,7 @@ def page(found: Comparison) -> str:
     return "\n".join(lines)
 
 
-def table(rows: tuple[Row, ...]) -> list[str]:
+def table(rows: tuple[PaperRow, ...]) -> list[str]:
     """Return the lines of the Markdown table."""
     lines = ["| Fig. | quantity | paper | ours | difference | remark |", "|---|---|---|---|---|---|"]
     for row in rows:
@@ -74,7 +74,7 @@ def table(rows: tuple[Row, ...]) -> list[str]:
     return lines
 
 
-def as_csv(rows: tuple[Row, ...]) -> str:
+def as_csv(rows: tuple[PaperRow, ...]) -> str:
     """Return the table as CSV with all digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bufferstand.cli.judging import Judging, judging_options
+from bufferstand.cli.judging import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
 from bufferstand.foundation.errors import BadInput
 
@@ -44,7 +44,7 @@ def command(
     evaluation: Path | None,
     before: Path | None,
     model: Path | None,
-    judging: Judging,
+    judging: JudgingOptions,
 ) -> None:
     """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
 

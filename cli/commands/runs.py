@@ -14,10 +14,10 @@ from bufferstand.foundation.names import readable
 from bufferstand.recording.cachefile import NO_FOLDER, default_folder
 
 if TYPE_CHECKING:
-    from bufferstand.recording.catalogue import RunFacts
+    from bufferstand.recording.catalogue import RunFileFacts
     from bufferstand.recording.query import Query
 
-    Found = tuple[RunFacts, Mapping[str, Any]]
+    Found = tuple[RunFileFacts, Mapping[str, Any]]
 
 
 _STANDS = {True: "simulated", False: "real", None: "—"}
@@ -78,7 +78,7 @@ def command(path: Path, where: str | None, json_file: str | None, folder: Path |
     return ExitStatus.DONE
 
 
-def _refuse_single(path: Path, listed: Sequence[RunFacts]) -> None:
+def _refuse_single(path: Path, listed: Sequence[RunFileFacts]) -> None:
     """Refuse a file that is named itself and cannot be read, as every other command does."""
     if not path.is_dir() and listed[0].problem is not None:
         remedy = (
@@ -87,7 +87,7 @@ def _refuse_single(path: Path, listed: Sequence[RunFacts]) -> None:
         raise BadInput(listed[0].problem, file=readable(path), remedy=remedy)
 
 
-def _say_what_is_wrong(path: Path, listed: Sequence[RunFacts]) -> None:
+def _say_what_is_wrong(path: Path, listed: Sequence[RunFileFacts]) -> None:
     unread = [run for run in listed if run.problem is not None]
     for run in unread:
         warn(f"{readable(run.path)}: {run.problem}")
@@ -114,7 +114,7 @@ def _result_names(query: Query | None) -> list[str]:
 
 
 def _results(
-    query: Query | None, runs: Sequence[RunFacts], place: Path | None
+    query: Query | None, runs: Sequence[RunFileFacts], place: Path | None
 ) -> Mapping[str, Sequence[Mapping[str, Any]]]:
     """Return the results of runs by their file (readable), of each step its own, if they are asked for."""
     if not _result_names(query) or not runs:
@@ -123,20 +123,20 @@ def _results(
     from bufferstand.evaluation.archive.cache import Cache
     from bufferstand.evaluation.archive.evaluate import evaluate_archive
     from bufferstand.evaluation.archive.facts import results_by_path
-    from bufferstand.evaluation.archive.identity import Settings, software
-    from bufferstand.evaluation.archive.kept import Wanted
-    from bufferstand.evaluation.archive.local import Local
+    from bufferstand.evaluation.archive.identity import EvaluationSettings, software
+    from bufferstand.evaluation.archive.kept import RequestedParts
+    from bufferstand.evaluation.archive.local import LocalWorkers
 
-    settings = Settings()
+    settings = EvaluationSettings()
     cache = None if place is None else Cache(place, settings.sha256, software().sha256)
     try:
         with progress_bar() as report:
             evaluation = evaluate_archive(
                 [run.path for run in runs],
                 settings,
-                Local(),
+                LocalWorkers(),
                 cache,
-                wanted=Wanted(entries=False, rows=False),
+                wanted=RequestedParts(entries=False, rows=False),
                 report=report,
             )
     finally:
@@ -148,7 +148,7 @@ def _results(
 
 
 def _document(
-    where: str | None, found: Sequence[Found], listed: Sequence[RunFacts], asked: Sequence[str]
+    where: str | None, found: Sequence[Found], listed: Sequence[RunFileFacts], asked: Sequence[str]
 ) -> dict[str, Any]:
     recorded = ("path", "id", "kind", "status", "started_utc", "specimen", "campaign", "operator", "step",
                 "prestress_mm", "amplitude_mm", "frequency_Hz", "sha256")  # fmt: skip

@@ -51,10 +51,10 @@ def command(
     """
     from bufferstand.drivers.simulated.faults import parse_fault
     from bufferstand.drivers.simulated.faults_file import load_faults
-    from bufferstand.drivers.simulated.server import Options, serve, write_endpoints
+    from bufferstand.drivers.simulated.server import ServerOptions, serve, write_endpoints
 
     scheduled, seed = ((), 0) if schedule is None else load_faults(schedule)
-    options = Options(
+    options = ServerOptions(
         model=model,
         speed=speed,
         port=port,

@@ -14,7 +14,7 @@ from bufferstand.cli.options import EXISTING, FiniteFloat, FiniteRange
 from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from bufferstand.daq.dead_man import DeadMan
+    from bufferstand.daq.dead_man import DeadManSwitch
     from bufferstand.daq.manual import ManualStand
     from bufferstand.drivers.stand_file import StandFile
 
@@ -136,10 +136,10 @@ def _while_held(
 ) -> None:
     """Move from goal to goal while a key is held."""
     from bufferstand.cli.gone import say
-    from bufferstand.daq.dead_man import DeadMan
+    from bufferstand.daq.dead_man import DeadManSwitch
     from bufferstand.daq.keys import characters_from
 
-    dead_man = DeadMan(wall_s)
+    dead_man = DeadManSwitch(wall_s)
     with characters_from(sys.stdin, dead_man.press):
         say("hold any key to move, let go to hold; q ends")
         _show_header()
@@ -149,7 +149,7 @@ def _while_held(
             _show_row(hand, goal, seconds)
 
 
-def _reached(hand: ManualStand, goal: float, speed: float, dead_man: DeadMan) -> bool:
+def _reached(hand: ManualStand, goal: float, speed: float, dead_man: DeadManSwitch) -> bool:
     """Return whether the goal was reached; False where it was ended by key or for idleness."""
     from bufferstand.cli.by_hand import show_there
 
@@ -180,9 +180,9 @@ def _show_header() -> None:
 
 def _show_row(hand: ManualStand, goal: float, seconds: float) -> None:
     """Stand still, and print the means of the channels there: in their unit and in counts."""
-    from bufferstand.daq.collected import Collected
+    from bufferstand.daq.collected import CollectedSamples
 
-    samples = Collected()
+    samples = CollectedSamples()
     hand.acquisition.observers.append(samples.take)
     try:
         hand.driver.wait(seconds)

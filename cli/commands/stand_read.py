@@ -12,7 +12,7 @@ import click
 from bufferstand.cli.options import EXISTING, FiniteRange, write_json
 
 if TYPE_CHECKING:
-    from bufferstand.daq.reading import ChannelReading, Reader
+    from bufferstand.daq.reading import ChannelReading, StandReader
     from bufferstand.foundation.clock import Clock
     from bufferstand.foundation.zero import Zero
 
@@ -41,13 +41,13 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
     """
     from bufferstand.cli.by_hand import opened, zero_of
     from bufferstand.cli.gone import say
-    from bufferstand.daq.reading import Reader
+    from bufferstand.daq.reading import StandReader
     from bufferstand.drivers.port_trouble import is_held
     from bufferstand.foundation.errors import ExitStatus
 
     with opened(stand) as (stand_file, devices, clock):
         zero = zero_of(stand)
-        reader = Reader(devices, clock)
+        reader = StandReader(devices, clock)
         unopened = reader.begin()
         for text in unopened:
             say(f"note: {text}{_held_text(text)}")
@@ -76,13 +76,13 @@ def _held_text(text: str) -> str:
     return "; another program holds it, and only that one reads it" if is_held(text) else ""
 
 
-def _show_live(reader: Reader, zero: Zero | None, until_s: float | None, clock: Clock) -> None:
+def _show_live(reader: StandReader, zero: Zero | None, until_s: float | None, clock: Clock) -> None:
     """Print a table a second, until then or until the operator ends it."""
     while until_s is None or clock.now_s() < until_s:
         _show_once(reader, WINDOW_S, zero, live=sys.stdout.isatty())
 
 
-def _show_once(reader: Reader, duration_s: float, zero: Zero | None, *, live: bool = False) -> None:
+def _show_once(reader: StandReader, duration_s: float, zero: Zero | None, *, live: bool = False) -> None:
     """Print one table; ``live``: in place of the one before."""
     readings = reader.read(duration_s, zero)
     if live:

@@ -12,7 +12,7 @@ from bufferstand.cli.options import EXISTING
 from bufferstand.foundation.errors import BadInput
 
 if TYPE_CHECKING:
-    from bufferstand.daq.reading import Reader
+    from bufferstand.daq.reading import StandReader
     from bufferstand.drivers.interfaces import ControllerStatus
     from bufferstand.foundation.channel import Channel
     from bufferstand.foundation.zero import ChannelZero, Zero
@@ -46,7 +46,7 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
     from bufferstand.cli.by_hand import opened
     from bufferstand.cli.gone import say
     from bufferstand.daq.kept_zero import store_zero
-    from bufferstand.daq.reading import Reader
+    from bufferstand.daq.reading import StandReader
     from bufferstand.foundation.errors import ExitStatus
 
     with opened(stand, "stand tare") as (stand_file, devices, clock):
@@ -54,7 +54,7 @@ def command(stand: Path, channels: tuple[str, ...], specimen: str, operator: str
         _demand_off(devices.controller.status(), stand)
         for sensor in devices.sensors:
             sensor.start()
-        found = _at_rest(Reader(devices, clock), channels or CHANNELS)
+        found = _at_rest(StandReader(devices, clock), channels or CHANNELS)
     if missing := [name for name in channels if name not in {one.name for one in found}]:
         raise BadInput(
             f"the stand has delivered nothing of {', '.join(missing)}",
@@ -90,7 +90,7 @@ def _demand_off(status: ControllerStatus, stand: Path) -> None:
         )
 
 
-def _at_rest(reader: Reader, names: tuple[str, ...]) -> list[ChannelZero]:
+def _at_rest(reader: StandReader, names: tuple[str, ...]) -> list[ChannelZero]:
     """Return the zeros of channels by what they read now."""
     import numpy as np
 

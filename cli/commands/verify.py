@@ -12,7 +12,7 @@ from bufferstand.cli.options import EXISTING
 from bufferstand.foundation.errors import BadInput, ExitStatus
 
 if TYPE_CHECKING:
-    from bufferstand.recording.verify import Finding
+    from bufferstand.recording.verify import ContentFault
 
 
 @click.command("verify", epilog="Example:  bufferstand verify campaign/runs")
@@ -50,31 +50,31 @@ def _runs_beside(paths: Sequence[Path], journals: Sequence[Path]) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
-def _of_run(path: Path) -> list[Finding]:
-    from bufferstand.recording.verify import Finding, verify
+def _of_run(path: Path) -> list[ContentFault]:
+    from bufferstand.recording.verify import ContentFault, verify
 
     try:
         return verify(path)
     except BadInput as error:
-        return [Finding("fault", error.place or "file", error.problem)]
+        return [ContentFault("fault", error.place or "file", error.problem)]
 
 
-def _of_journal(path: Path) -> list[Finding]:
+def _of_journal(path: Path) -> list[ContentFault]:
     from bufferstand.recording.seal import DAMAGED_SUFFIX, is_in_use
-    from bufferstand.recording.verify import Finding, verify_journal
+    from bufferstand.recording.verify import ContentFault, verify_journal
 
     if path.suffix == DAMAGED_SUFFIX:
         text = "records behind the damage were not recovered; what lies before it is in the run file"
-        return [Finding("fault", "journal", text)]
+        return [ContentFault("fault", "journal", text)]
     if is_in_use(path):
-        return [Finding("note", "journal", "is being recorded, or sealed")]
+        return [ContentFault("note", "journal", "is being recorded, or sealed")]
     try:
         return verify_journal(path)
     except BadInput as error:
-        return [Finding("fault", error.place or "journal", error.problem)]
+        return [ContentFault("fault", error.place or "journal", error.problem)]
 
 
-def _told(path: Path, findings: Sequence[Finding], *, good: str) -> bool:
+def _told(path: Path, findings: Sequence[ContentFault], *, good: str) -> bool:
     """Say what was found of a file; return whether it is damaged."""
     damaged = any(finding.level == "fault" for finding in findings)
     click.echo(f"{path}: {'DAMAGED OR ALTERED' if damaged else good}")

@@ -23,7 +23,7 @@ LONGEST_S = 4.0 * 3600.0
 
 
 @dataclass(frozen=True)
-class Stretch:
+class PlanStretch:
     """A part of the plan with its mean heating power [W] and how long it takes [s]."""
 
     power_W: float
@@ -64,7 +64,7 @@ def heat_balance_of(folder: Path, campaign_file: str) -> HeatBalance | None:
 
 def stretches(
     steps: Sequence[Mapping[str, Any]], statuses: Sequence[str], present: int, left_s: float
-) -> list[Stretch]:
+) -> list[PlanStretch]:
     """Return what is left of a plan, beginning with the rest of the step under way.
 
     Parameters
@@ -94,11 +94,11 @@ def stretches(
     return [replace(_whole(now), duration_s=here_s), *later]
 
 
-def _whole(step: Mapping[str, Any]) -> Stretch:
+def _whole(step: Mapping[str, Any]) -> PlanStretch:
     """Return a step as if nothing stopped it; its heat is planned until the stop that does."""
     heated_s = min(step["duration_s"], step["expected_duration_s"])
     power_W = step["expected_heat_J"] / heated_s if heated_s > 0.0 else 0.0
-    return Stretch(power_W, step["duration_s"], step["index"])
+    return PlanStretch(power_W, step["duration_s"], step["index"])
 
 
 def foresee(
@@ -106,7 +106,7 @@ def foresee(
     sensor_C: float,
     slope_K_per_s: float,
     ambient_C: float,
-    plan: Sequence[Stretch],
+    plan: Sequence[PlanStretch],
     stop_C: float | None,
 ) -> Forecast:
     """Return what a sensor will read while the rest of the plan goes on; it ends at the stop threshold.

@@ -23,7 +23,7 @@ from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.guard_site import CONTROLLER_STREAM, FORCE_2_STREAM
 from bufferstand.daq.monitor.rows import RowBuffer, finite
 from bufferstand.daq.panel import GuardSet
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.foundation.line_socket import bind_for_oneself
 
@@ -83,7 +83,7 @@ class Publisher:
         self._lines: deque[dict[str, Any]] = deque(maxlen=LINES_KEPT)
         self._readings: dict[str, list[tuple[float, float]]] = {}
         self._heard_s: dict[str, float] = {}
-        self._progress: Progress | None = None
+        self._progress: CampaignProgress | None = None
         self._guards: GuardSet | None = None
         self._guards_text: Any = None
         self._at_s = 0.0
@@ -91,7 +91,7 @@ class Publisher:
 
     # --- what happens ------------------------------------------------------------------------------
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         """Keep a snapshot for the next packet."""
         self._progress = progress
 

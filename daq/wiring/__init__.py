@@ -6,8 +6,8 @@ force that leaves its specimen's curve, a thermometer that does not show the hea
 its own; what it holds against what, and by how much that may differ, is stated there.
 """
 
-from bufferstand.daq.wiring.doubt import Doubt, doubt_trip
+from bufferstand.daq.wiring.doubt import SignalDoubt, doubt_trip
 from bufferstand.daq.wiring.facts import Compared, ForceCurve, WiringGuard
 from bufferstand.daq.wiring.watch import WiringWatch
 
-__all__ = ["Compared", "Doubt", "ForceCurve", "WiringGuard", "WiringWatch", "doubt_trip"]
+__all__ = ["Compared", "ForceCurve", "SignalDoubt", "WiringGuard", "WiringWatch", "doubt_trip"]

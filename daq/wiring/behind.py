@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
-from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Floats, RecentState, RepeatedFinding
 
 BACK_S = 2.5
 """So far back a leader is looked at [s]."""
@@ -100,7 +100,7 @@ class BehindJudge:
     """Holds the position against command and draw wires together."""
 
     def __init__(self) -> None:
-        self._lasting = Lasting(LOOKS)
+        self._lasting = RepeatedFinding(LOOKS)
         self._since_s: float | None = None
 
     @property
@@ -109,8 +109,8 @@ class BehindJudge:
         return self._since_s is not None
 
     def look(
-        self, scene: Scene, now: Mapping[str, float], *, contact: Mapping[str, float], close_mm: float
-    ) -> Doubt | None:
+        self, scene: RecentState, now: Mapping[str, float], *, contact: Mapping[str, float], close_mm: float
+    ) -> SignalDoubt | None:
         """Return a doubt of the position, None if there is none.
 
         Parameters
@@ -149,7 +149,7 @@ class BehindJudge:
 
     @staticmethod
     def _so(
-        scene: Scene,
+        scene: RecentState,
         rows: Floats,
         now: Mapping[str, float],
         contact: Mapping[str, float],
@@ -177,7 +177,7 @@ class BehindJudge:
         return True
 
 
-def late_piston(seen: str, late_s: float | None) -> Doubt:
+def late_piston(seen: str, late_s: float | None) -> SignalDoubt:
     """Return the doubt of a position that is late.
 
     Parameters
@@ -192,4 +192,4 @@ def late_piston(seen: str, late_s: float | None) -> Doubt:
         key, how = "calibration and delay_s", "it stands still, or comes much too late"
     setting = channel_setting("position", key)
     kind: Kind = "still" if late_s is None else "delay"
-    return Doubt(kind, "position", "controller", setting, f"{seen}: {how}", late_s, BEHIND_S, "s")
+    return SignalDoubt(kind, "position", "controller", setting, f"{seen}: {how}", late_s, BEHIND_S, "s")

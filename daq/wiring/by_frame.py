@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from bufferstand.daq.wiring.doubt import Doubt, channel_setting
+from bufferstand.daq.wiring.doubt import SignalDoubt, channel_setting
 from bufferstand.daq.wiring.facts import FRAME_SHARES
-from bufferstand.daq.wiring.scene import Scene
+from bufferstand.daq.wiring.scene import RecentState
 
 TOGETHER = 0.5
 """Wires go together within this share of what they may be off the piston by."""
@@ -21,8 +21,8 @@ STIFFNESS = "[limits] machine_stiffness_kN_per_mm"
 
 
 def force_instead(
-    scene: Scene, behind: Mapping[str, float], least: float, close: float, unit: str
-) -> Doubt | None:
+    scene: RecentState, behind: Mapping[str, float], least: float, close: float, unit: str
+) -> SignalDoubt | None:
     """Return the doubt of a force under which the machine would give way by more, None where it is a wire's.
 
     Parameters
@@ -55,4 +55,4 @@ def force_instead(
     # Of one wire its own scale may as well be what is wrong.
     sensor = "force" if len(behind) > 1 else ", ".join(("force", *behind))
     setting = f"{channel_setting(sensor, 'calibration')}, or {STIFFNESS}"
-    return Doubt("scale", sensor, "controller", setting, text, mean, least, unit.strip())
+    return SignalDoubt("scale", sensor, "controller", setting, text, mean, least, unit.strip())

@@ -15,7 +15,7 @@ Kind = Literal[
 
 
 @dataclass(frozen=True)
-class Doubt:
+class SignalDoubt:
     """A signal that cannot be true beside the others.
 
     Parameters
@@ -48,7 +48,7 @@ class Doubt:
     asks: bool = False
 
 
-def doubt_trip(doubt: Doubt, action: Action, at_s: float, time_us: int | None = None) -> Trip:
+def doubt_trip(doubt: SignalDoubt, action: Action, at_s: float, time_us: int | None = None) -> Trip:
     """Return the trip of a doubt: a device's fault, whatever it is that is wired or stated wrongly.
 
     A question is a note that spoils no figure, under a name of its own.

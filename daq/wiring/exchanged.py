@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.daq.wiring.doubt import Doubt, channel_setting
-from bufferstand.daq.wiring.stretch import Floats, Stretch, noise_of
+from bufferstand.daq.wiring.doubt import SignalDoubt, channel_setting
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch, noise_of
 
 LEAPS_MM, LEAPS_TIMES = 0.6, 3.0
 """A way goes farther than the piston by no more than this, and so many times its way."""
@@ -40,7 +40,7 @@ ALIKE = 0.98
 """… and is in step with it by this correlation."""
 
 
-def exchanged(stretch: Stretch, least_mm: float = LEAPS_MM) -> Doubt | None:
+def exchanged(stretch: SampleStretch, least_mm: float = LEAPS_MM) -> SignalDoubt | None:
     """Return a doubt where the force and a way have each other's values, None where nothing says so.
 
     Parameters
@@ -66,15 +66,15 @@ def exchanged(stretch: Stretch, least_mm: float = LEAPS_MM) -> Doubt | None:
     return None
 
 
-def swapped(name: str, text: str, value: float | None = None) -> Doubt:
+def swapped(name: str, text: str, value: float | None = None) -> SignalDoubt:
     """Return the doubt of a force that is exchanged with a way."""
     setting = f"{channel_setting('force', 'registers')} and {channel_setting(name, 'registers')}"
-    return Doubt(
+    return SignalDoubt(
         "swapped", f"force, {name}", "controller", setting, f"{text}: they are exchanged", value, None, "mm"
     )
 
 
-def with_the_position(rows: Floats, told: int, position: int, force: int) -> tuple[Doubt | None, str]:
+def with_the_position(rows: Floats, told: int, position: int, force: int) -> tuple[SignalDoubt | None, str]:
     """Return what a force that reads as the piston is told says, beside a doubt of the position.
 
     Parameters
@@ -119,7 +119,7 @@ def goes_as(force: Floats, way: Floats) -> bool:
     return AS_FAR[0] < slope < AS_FAR[1] and float(np.corrcoef(way, force)[0, 1]) > ALIKE
 
 
-def _leap(smooth: Stretch, name: str, least_mm: float) -> tuple[float, float, slice] | None:
+def _leap(smooth: SampleStretch, name: str, least_mm: float) -> tuple[float, float, slice] | None:
     """Return how far a way leapt where the piston did not, how far that went, and the rows; None if not."""
     own, piston = smooth.values.get(name), smooth.values.get("position")
     before_s = 0.0
@@ -140,7 +140,7 @@ def _leap(smooth: Stretch, name: str, least_mm: float) -> tuple[float, float, sl
     return best
 
 
-def _force_is_elsewhere(smooth: Stretch, name: str, rows: slice, leap_mm: float) -> bool:
+def _force_is_elsewhere(smooth: SampleStretch, name: str, rows: slice, leap_mm: float) -> bool:
     """Return whether there was a force where a way leapt, or the “force” is a way: it has not slipped."""
     since_s = float(smooth.time_s[rows.start]) - CLOCKS_S
     if np.count_nonzero(smooth.second_s < since_s) > 2:

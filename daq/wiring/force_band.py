@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
 from bufferstand.daq.wiring.leapt_force import leapt
-from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene
-from bufferstand.daq.wiring.stretch import Floats, Stretch, noise_of
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, RecentState, RepeatedFinding
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch, noise_of
 from bufferstand.foundation.likeness import likeness
 
 FROM_MM, UNCOUNTED_MM = 2.5, 2.5
@@ -60,20 +60,20 @@ class ForceJudge:
     """Holds the force against the plan."""
 
     def __init__(self) -> None:
-        self._lasting, self._freely = Lasting(LOOKS), Lasting(FREE_LOOKS)
+        self._lasting, self._freely = RepeatedFinding(LOOKS), RepeatedFinding(FREE_LOOKS)
         self._farthest_mm, self._least_mm = 0.0, np.inf
         self._pressed = False
         self._rest_until_s: float | None = None
         self._first: list[Floats] = []
         self._rest = 0.0, 0.0
-        self._early: Doubt | None = None
+        self._early: SignalDoubt | None = None
 
     @property
     def begun(self) -> bool:
         """Whether something has begun to look wrong, and more looks will tell."""
         return self._lasting.begun or self._freely.begun
 
-    def pulls(self, block: ScaledBlock) -> Doubt | None:
+    def pulls(self, block: ScaledBlock) -> SignalDoubt | None:
         """Return a doubt of the sign, at once: the guard of tension says that it pulls, which it does not."""
         force = block.values.get("force")
         if self._pressed or force is None or len(force) < PULLED_SAMPLES:
@@ -98,7 +98,7 @@ class ForceJudge:
             self._rest = min(0.0, float(np.median(self._first[0]))), noise_of(seen)
         return self._rest
 
-    def look(self, scene: Scene) -> Doubt | None:
+    def look(self, scene: RecentState) -> SignalDoubt | None:
         """Return what is wrong with the force, None if nothing is."""
         force_kN, way = scene.now("force"), scene.way
         if force_kN is None or way is None:
@@ -114,7 +114,9 @@ class ForceJudge:
             or self._turned_early(scene, force_kN, low_mm, high_mm)
         )
 
-    def _turned_early(self, scene: Scene, force_kN: float, low_mm: float, high_mm: float) -> Doubt | None:
+    def _turned_early(
+        self, scene: RecentState, force_kN: float, low_mm: float, high_mm: float
+    ) -> SignalDoubt | None:
         """Return a doubt where a stroke turns back before it is judged, by a force that is far too great.
 
         A force limit that a wrong scale reaches within millimetres ends the stroke as if it were complete.
@@ -139,16 +141,16 @@ class ForceJudge:
             self._early = _doubt("scale", text, force_kN, most_kN)
         return None
 
-    def _leaps(self, scene: Scene) -> Doubt | None:
+    def _leaps(self, scene: RecentState) -> SignalDoubt | None:
         """Return a doubt where the force has leapt a moment ago by more than the machine lets it."""
         rows = scene.points.last(LEAPT_S)
         if len(rows) < 3:
             return None
         values = {name: rows[:, column] for column, name in enumerate(scene.points.names, start=1)}
-        doubt = leapt(scene.guard, Stretch(rows[:, 0], values))
+        doubt = leapt(scene.guard, SampleStretch(rows[:, 0], values))
         return doubt if self._lasting.sure("leapt", doubt is not None) else None
 
-    def _late(self, scene: Scene) -> Doubt | None:
+    def _late(self, scene: RecentState) -> SignalDoubt | None:
         """Return a doubt where the force still rises after the specimen has turned back."""
         rows, force = scene.points.last(TURN_WINDOW_S), scene.points.column("force")
         wires = [column for name in scene.points.wires if (column := scene.points.column(name)) is not None]
@@ -177,7 +179,7 @@ class ForceJudge:
             _doubt("delay", text, late_s, 0.0), setting=channel_setting("force", "delay_s"), unit="s"
         )
 
-    def _free(self, scene: Scene, force_kN: float) -> Doubt | None:
+    def _free(self, scene: RecentState, force_kN: float) -> SignalDoubt | None:
         """Return a doubt where a force is read before first contact, and nothing is there to make it."""
         position_mm = scene.now("position")
         speed = 0.0 if scene.way is None else scene.speed_mm_per_s(scene.way)
@@ -195,7 +197,9 @@ class ForceJudge:
         )
         return _doubt("zero", text, force_kN, FREE_KN)
 
-    def _beside_curve(self, scene: Scene, force_kN: float, low_mm: float, high_mm: float) -> Doubt | None:
+    def _beside_curve(
+        self, scene: RecentState, force_kN: float, low_mm: float, high_mm: float
+    ) -> SignalDoubt | None:
         curve, guard = scene.guard.curve, scene.guard
         speed = scene.speed_mm_per_s(scene.way or "")
         first = low_mm > self._farthest_mm - 0.3 and 0.2 < speed < SLOW_MM_PER_S
@@ -239,7 +243,7 @@ class ForceJudge:
         return _doubt(kind, text, force_kN, most_kN if above else least_kN)
 
 
-def _jumped_at_once(time: Floats, force: Floats) -> Doubt | None:
+def _jumped_at_once(time: Floats, force: Floats) -> SignalDoubt | None:
     """Return a doubt of a force that has jumped up since a turn: one that is late rises little by little."""
     before = np.searchsorted(time, time - LEAP_S)
     steps = force - force[before]
@@ -255,7 +259,7 @@ def _jumped_at_once(time: Floats, force: Floats) -> Doubt | None:
     return _doubt("scale" if look else "disagrees", text, to_kN - from_kN, RISES_KN)
 
 
-def _strokes(scene: Scene) -> tuple[float, float]:
+def _strokes(scene: RecentState) -> tuple[float, float]:
     """Return the least and the greatest stroke that wires and piston allow now [mm]: one of them may be
     wrong.
 
@@ -271,6 +275,6 @@ def _strokes(scene: Scene) -> tuple[float, float]:
     return (min(strokes), max(strokes)) if strokes else (0.0, 0.0)
 
 
-def _doubt(kind: Kind, text: str, value: float, limit: float) -> Doubt:
+def _doubt(kind: Kind, text: str, value: float, limit: float) -> SignalDoubt:
     setting = channel_setting("force", "calibration")
-    return Doubt(kind, "force", "controller", setting, text, value, limit, "kN")
+    return SignalDoubt(kind, "force", "controller", setting, text, value, limit, "kN")

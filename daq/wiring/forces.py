@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.clock_offset import ClockOffset
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting, stream_of
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting, stream_of
 from bufferstand.daq.wiring.parted import (
-    Jump,
-    Standstill,
+    ChannelJump,
+    ChannelStandstill,
     farther,
     fresh_jump,
     jump,
@@ -27,8 +27,8 @@ from bufferstand.daq.wiring.parted import (
     standstill,
 )
 from bufferstand.daq.wiring.rests import Rests
-from bufferstand.daq.wiring.scene import Lasting, Scene
-from bufferstand.daq.wiring.track import Means, Track, common_instants, has_hole
+from bufferstand.daq.wiring.scene import RecentState, RepeatedFinding
+from bufferstand.daq.wiring.track import ForceMeans, ForceTrack, common_instants, has_hole
 from bufferstand.daq.wiring.two_at_rest import APART_KN, APART_SHARE, UNCOUNTED_KN, may_differ_kN
 from bufferstand.foundation.clock import DELAYS_TO_SPEED
 from bufferstand.foundation.likeness import likeness
@@ -90,9 +90,9 @@ class TwoForcesJudge:
     """
 
     def __init__(self, clock: ClockOffset) -> None:
-        self._lasting, self._unlike = Lasting(LOOKS), Lasting(LONG_LOOKS)
+        self._lasting, self._unlike = RepeatedFinding(LOOKS), RepeatedFinding(LONG_LOOKS)
         self._clock = clock
-        self._first, self._second = Track("force"), Track("force_2")
+        self._first, self._second = ForceTrack("force"), ForceTrack("force_2")
         self._rests = Rests()
         self._due_s = -np.inf
         self._farthest_mm = 0.0
@@ -134,8 +134,8 @@ class TwoForcesJudge:
         return time[since] - self._clock.value_s, value[since]
 
     def look(  # noqa: PLR0911 - one return for each thing that can be wrong, or that keeps from a look
-        self, scene: Scene
-    ) -> Doubt | None:
+        self, scene: RecentState
+    ) -> SignalDoubt | None:
         """Return what is wrong with one of the forces, None if nothing is."""
         self._counted = scene.counted
         if not self._first or not self._second:
@@ -156,7 +156,7 @@ class TwoForcesJudge:
             return None  # as it was just now
         return self._just_jumped(scene, pair) or self._judge(scene, pair)
 
-    def _at_rest(self, scene: Scene, until_s: float) -> Doubt | None:
+    def _at_rest(self, scene: RecentState, until_s: float) -> SignalDoubt | None:
         """Return what both show while the force stands: that needs no instants that are the same to 10 ms."""
         if (rest := self._rests.look(self._first, self._second, until_s)) is None:
             return None
@@ -174,7 +174,7 @@ class TwoForcesJudge:
             return _jumped(parted, at_once=False)
         return _zero(scene, rest.first_kN, rest.second_kN, least_kN, self._expected_kN(scene))
 
-    def _stood(self) -> Standstill | None:
+    def _stood(self) -> ChannelStandstill | None:
         """Return which of both stands still, where something else says that they part."""
         stood = standstill(self._second, self._first, ("force_2", "force"), sure=False)
         return stood or standstill(self._first, self._second, ("force", "force_2"), sure=False)
@@ -192,10 +192,10 @@ class TwoForcesJudge:
         time, width_s = common_instants(one, two, begin_s, until_s)
         if len(time) < LEAST_POINTS:
             return None
-        means = Means(one, width_s)
-        return _Pair(time, means.at(time), Means(two, width_s).at(time), means)
+        means = ForceMeans(one, width_s)
+        return _Pair(time, means.at(time), ForceMeans(two, width_s).at(time), means)
 
-    def _just_jumped(self, scene: Scene, pair: _Pair) -> Doubt | None:
+    def _just_jumped(self, scene: RecentState, pair: _Pair) -> SignalDoubt | None:
         """Return a doubt of the force that has left the other one at once a moment ago."""
         if scene.guard.speed > DELAYS_TO_SPEED:
             return None
@@ -207,8 +207,8 @@ class TwoForcesJudge:
         return _jumped(broke) if sure and broke is not None else None
 
     def _judge(  # noqa: PLR0911 - one return for each thing that can be wrong
-        self, scene: Scene, pair: _Pair
-    ) -> Doubt | None:
+        self, scene: RecentState, pair: _Pair
+    ) -> SignalDoubt | None:
         """Return what both forces say of each other over a window; None if nothing."""
         first, second = pair.first, pair.second
         expected_kN = self._expected_kN(scene)
@@ -247,7 +247,7 @@ class TwoForcesJudge:
             return _late(fit.lag_s, scene.guard.delays_s)
         return _zero(scene, float(first[-1]), float(first[-1]) + fit.offset_kN, zero_kN, expected_kN)
 
-    def _left(self, scene: Scene, pair: _Pair, *, flat: bool) -> Doubt | None:
+    def _left(self, scene: RecentState, pair: _Pair, *, flat: bool) -> SignalDoubt | None:
         """Return a doubt of the force that left the other one before the eyes; None if none was seen to.
 
         Beside one that is ``flat`` the other one jumps where the specimen's preload is met.
@@ -259,7 +259,7 @@ class TwoForcesJudge:
         broke = jump(self._first, self._second, pair.time_s, pair.first, pair.second)
         return None if broke is None else _jumped(broke)
 
-    def _expected_kN(self, scene: Scene) -> float | None:  # noqa: N802 - the unit keeps its capital
+    def _expected_kN(self, scene: RecentState) -> float | None:  # noqa: N802 - the unit keeps its capital
         """Return the force that the specimen's curve tells: while it is first pressed, and not before 1.5 mm.
 
         On the way back a specimen may give anything down to nothing.
@@ -271,7 +271,7 @@ class TwoForcesJudge:
         self._farthest_mm = max(self._farthest_mm, stroke_mm)
         return None if curve is None or not first else curve.at(stroke_mm, scene.specimen_C)
 
-    def _just_met(self, scene: Scene) -> bool:
+    def _just_met(self, scene: RecentState) -> bool:
         """Return whether the specimen is being met: how its preload comes about nobody says."""
         stroke_mm = scene.stroke_mm()
         way_mm = scene.now(scene.way) if scene.way is not None and scene.counted else None
@@ -281,8 +281,8 @@ class TwoForcesJudge:
 
 
 def _zero(
-    scene: Scene, first_kN: float, second_kN: float, most_kN: float, expected_kN: float | None
-) -> Doubt:
+    scene: RecentState, first_kN: float, second_kN: float, most_kN: float, expected_kN: float | None
+) -> SignalDoubt:
     position_mm = scene.now("position")
     if position_mm is not None and scene.counted and position_mm < -FREE_MM:
         name = "force" if abs(first_kN) > abs(second_kN) else "force_2"
@@ -295,7 +295,9 @@ def _zero(
     return _doubt("zero", name, "calibration", text, second_kN - first_kN, most_kN, "kN")
 
 
-def _scale(fit: _Fit, first: Floats, second: Floats, expected_kN: float | None, *, unlike: bool) -> Doubt:
+def _scale(
+    fit: _Fit, first: Floats, second: Floats, expected_kN: float | None, *, unlike: bool
+) -> SignalDoubt:
     gain = fit.gain
     name = farther(float(first[-1]), float(second[-1]), expected_kN)
     if not FLAT < abs(gain) < 1.0 / FLAT:
@@ -329,7 +331,7 @@ def _other(name: str) -> str:
     return "force" if name == "force_2" else "force_2"
 
 
-def _stands(stood: Standstill) -> Doubt:
+def _stands(stood: ChannelStandstill) -> SignalDoubt:
     other = _other(stood.name)
     text = (
         f"{stood.name} has shown one value to the last digit for {stood.for_s:.1f} s while {other} changed "
@@ -339,7 +341,7 @@ def _stands(stood: Standstill) -> Doubt:
     return doubt if stood.name == "force" else replace(doubt, setting=AMPLIFIER)
 
 
-def _jumped(broke: Jump, *, at_once: bool = True) -> Doubt:
+def _jumped(broke: ChannelJump, *, at_once: bool = True) -> SignalDoubt:
     other = _other(broke.name)
     to_kN = broke.from_kN + broke.size_kN
     ratio = to_kN / broke.from_kN if abs(broke.from_kN) > abs(broke.size_kN) else 0.0
@@ -360,7 +362,7 @@ class _Pair:
     time_s: Floats
     first: Floats
     second: Floats
-    means: Means
+    means: ForceMeans
 
 
 @dataclass(frozen=True)
@@ -427,7 +429,7 @@ def _fit(moved: Floats, aim: Floats, weight: float) -> tuple[float, float, float
     return float(np.sqrt(np.mean((system @ solution - aim) ** 2))), float(solution[0]), float(solution[1])
 
 
-def _late(lag_s: float, stated_s: Mapping[str, float]) -> Doubt:
+def _late(lag_s: float, stated_s: Mapping[str, float]) -> SignalDoubt:
     """Return the doubt of a delay: the later one is late, unless of the other too long a delay is stated."""
     name = "force_2" if lag_s > 0.0 else "force"
     other = _other(name)
@@ -446,7 +448,7 @@ def _late(lag_s: float, stated_s: Mapping[str, float]) -> Doubt:
 
 def _doubt(
     kind: Kind, sensor: str, key: str, text: str, value: float | None, limit: float | None, unit: str
-) -> Doubt:
+) -> SignalDoubt:
     first = sensor.split(", ", maxsplit=1)[0]
     setting = " or ".join(channel_setting(one, key) for one in sensor.split(", "))
-    return Doubt(kind, sensor, stream_of(first), setting, text, value, limit, unit)
+    return SignalDoubt(kind, sensor, stream_of(first), setting, text, value, limit, unit)

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring.doubt import Doubt, Kind
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt
 from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.points import Points
-from bufferstand.daq.wiring.stopped_sensor import Heat, Still, StoppedSensor
+from bufferstand.daq.wiring.points import SamplePoints
+from bufferstand.daq.wiring.stopped_sensor import HeatAtReading, StoppedReading, StoppedSensor
 
 CAPACITY_TIMES, LAG_TIMES, LEAST_LAG_S = 2.0, 3.0, 120.0
 UNKNOWN_J_PER_K = 100_000.0
@@ -81,7 +81,7 @@ class HeatJudge:
 
     # --- heat ---------------------------------------------------------------------------------------
 
-    def work(self, points: Points) -> None:
+    def work(self, points: SamplePoints) -> None:
         """Add the work of the newest points."""
         force = points.column("force")
         wires = [column for name in points.wires if (column := points.column(name)) is not None]
@@ -103,7 +103,7 @@ class HeatJudge:
 
     # --- readings -----------------------------------------------------------------------------------
 
-    def take(self, guard: WiringGuard, block: ScaledBlock, true_C: float | None) -> Doubt | None:
+    def take(self, guard: WiringGuard, block: ScaledBlock, true_C: float | None) -> SignalDoubt | None:
         """Take a reading of a thermometer; return what is wrong with it, None if nothing is.
 
         Parameters
@@ -160,7 +160,7 @@ class HeatJudge:
         while self._rises[0][0] < at_s - ROOM_S:
             self._rises.popleft()
 
-    def _heat_now(self, guard: WiringGuard, lag_s: float) -> Heat:
+    def _heat_now(self, guard: WiringGuard, lag_s: float) -> HeatAtReading:
         """Return what a sensor that stands still is held against."""
         planned = all(name not in self._sensors for name in guard.ambient)
         air_C = self._air_C(guard) - AIR_K[planned]
@@ -170,7 +170,7 @@ class HeatJudge:
             if (twin := self._sensors.get(name)) and (first_C := twin.first_C) is not None
         ]
         most = most_J_per_K(guard.capacity_J_per_K)
-        return Heat(self._absorbed_J, air_C, max(rises, default=0.0), most, COOLS_S, lag_s)
+        return HeatAtReading(self._absorbed_J, air_C, max(rises, default=0.0), most, COOLS_S, lag_s)
 
     def _air_C(self, guard: WiringGuard) -> float:  # noqa: N802
         firsts = [
@@ -180,7 +180,7 @@ class HeatJudge:
         ]
         return sum(firsts) / len(firsts) if firsts else guard.ambient_C
 
-    def _fallen(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
+    def _fallen(self, guard: WiringGuard, name: str, sensor: _Sensor) -> SignalDoubt | None:
         """Return a doubt where a sensor on the specimen cools as no spring does."""
         at_s, now_C = sensor.kept[-1]
         drops = [value - now_C for time, value in _since(sensor, at_s - DROP_S)]
@@ -199,7 +199,7 @@ class HeatJudge:
         )
         return _doubt("fallen off", name, text, fell_K, DROP_K if drop_K > DROP_K else limit_K)
 
-    def _cold(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
+    def _cold(self, guard: WiringGuard, name: str, sensor: _Sensor) -> SignalDoubt | None:
         """Return a doubt where a sensor does not show the heat that the specimen has taken up."""
         first_C = sensor.first_C
         if first_C is None or sensor.least_K < SHOWS_K:
@@ -224,7 +224,7 @@ class HeatJudge:
             "no heat", name, f"{text}{how}: it is not on the specimen", rose_K, SHOWN * sensor.least_K
         )
 
-    def _colder(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
+    def _colder(self, guard: WiringGuard, name: str, sensor: _Sensor) -> SignalDoubt | None:
         """Ask once of a sensor that is far colder than the air at the start; None where it is not."""
         shown = {
             one: first_C
@@ -252,7 +252,7 @@ class HeatJudge:
         doubt = _doubt("cold", name, text, -colder_K, -COLDER_K)
         return replace(doubt, setting=f"[[temperature.sensor]] name = “{name}”, calibration", asks=True)
 
-    def _room(self, guard: WiringGuard, name: str, sensor: _Sensor) -> Doubt | None:
+    def _room(self, guard: WiringGuard, name: str, sensor: _Sensor) -> SignalDoubt | None:
         """Return a doubt where the air seems to take part in the specimen's heat."""
         rose_K = sensor.now_C - min(value for _, value in sensor.kept)
         if rose_K < ROOM_K:
@@ -304,12 +304,12 @@ def _same_s(sensor: _Sensor) -> float:
     return at_s - since_s
 
 
-def _swapped(one: str, other: str, text: str) -> Doubt:
+def _swapped(one: str, other: str, text: str) -> SignalDoubt:
     setting = f"[[temperature.sensor]] role and rom of “{one}” and “{other}”"
-    return Doubt("swapped", f"{one}, {other}", one, setting, f"{text}: they are swapped", unit="K")
+    return SignalDoubt("swapped", f"{one}, {other}", one, setting, f"{text}: they are swapped", unit="K")
 
 
-def _stopped(name: str, reading_C: float, still: Still) -> Doubt:
+def _stopped(name: str, reading_C: float, still: StoppedReading) -> SignalDoubt:
     text = (
         f"{name} has shown {reading_C:.2f} °C for {still.since_s:.0f} s, while the specimen absorbed "
         f"{still.heat_J / 1e3:.1f} kJ, by which it warms by {still.must_K:.1f} K at least; before, it rose "
@@ -318,6 +318,6 @@ def _stopped(name: str, reading_C: float, still: Still) -> Doubt:
     return _doubt("still", name, text, 0.0, still.must_K)
 
 
-def _doubt(kind: Kind, name: str, text: str, value: float, limit: float) -> Doubt:
+def _doubt(kind: Kind, name: str, text: str, value: float, limit: float) -> SignalDoubt:
     setting = f"[[temperature.sensor]] name = “{name}”, role and rom"
-    return Doubt(kind, name, name, setting, text, value, limit, "K")
+    return SignalDoubt(kind, name, name, setting, text, value, limit, "K")

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
 from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch
 from bufferstand.foundation.likeness import likeness
 
 WITHIN_S = (0.02, 0.05)
@@ -27,7 +27,7 @@ RATIO_KN = 3.0
 
 
 @dataclass(frozen=True)
-class Leap:
+class ForceJump:
     """From which force to which [kN], within how long [s], and how far the piston went in that [mm]."""
 
     from_kN: float
@@ -41,7 +41,7 @@ class Leap:
         return self.to_kN / self.from_kN if abs(self.from_kN) > RATIO_KN else 0.0
 
 
-def leapt(guard: WiringGuard, stretch: Stretch) -> Doubt | None:
+def leapt(guard: WiringGuard, stretch: SampleStretch) -> SignalDoubt | None:
     """Return a doubt of a force that leaps away from nothing or through it, None where it may be true.
 
     Parameters
@@ -62,10 +62,10 @@ def leapt(guard: WiringGuard, stretch: Stretch) -> Doubt | None:
     )
     kind: Kind = "sign" if turned else "scale" if look else "disagrees"
     setting = channel_setting("force", "calibration")
-    return Doubt(kind, "force", "controller", setting, text, leap.to_kN - leap.from_kN, None, "kN")
+    return SignalDoubt(kind, "force", "controller", setting, text, leap.to_kN - leap.from_kN, None, "kN")
 
 
-def leap_of(guard: WiringGuard, stretch: Stretch) -> Leap | None:
+def leap_of(guard: WiringGuard, stretch: SampleStretch) -> ForceJump | None:
     """Return how a force leaps away from nothing or through it by more than the machine allows, else None.
 
     A force that falls to nothing is none: a specimen may break.
@@ -89,7 +89,7 @@ def leap_of(guard: WiringGuard, stretch: Stretch) -> Leap | None:
         way_mm = max(_farthest_mm(stretch.time_s, way, starts, end) for way in ways)
         if float(rises[end]) > guard.stiffest_kN_per_mm * (way_mm + NOISE_MM) + NOISE_KN:
             in_s = float(stretch.time_s[end] - stretch.time_s[start])
-            return Leap(float(force[start]), float(force[end]), in_s, way_mm)
+            return ForceJump(float(force[start]), float(force[end]), in_s, way_mm)
     return None
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
-from bufferstand.daq.wiring.points import POINT_S, Floats, Points
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
+from bufferstand.daq.wiring.points import POINT_S, Floats, SamplePoints
 
 LEAPS_MM = 0.8
 """A leap of less is none [mm]: what the judges doubt is more, and an encoder's noise is a tenth of it."""
@@ -27,7 +27,7 @@ NEARER = 0.5
 """… and it is a new scale if the way shows that by more than this share of it."""
 
 
-def leapt(points: Points) -> Doubt | None:
+def leapt(points: SamplePoints) -> SignalDoubt | None:
     """Return the doubt of a position that has leapt lately, None where it has not, or nothing else tells.
 
     Parameters
@@ -75,7 +75,7 @@ def _scale(behind: Floats, position: int, wires: list[int]) -> float | None:
     return float(np.polyfit(way, behind[:, position], 1)[0])
 
 
-def _doubt(leap_mm: float, from_mm: float, scale: float | None) -> Doubt:
+def _doubt(leap_mm: float, from_mm: float, scale: float | None) -> SignalDoubt:
     seen = (
         f"the piston's position leapt by {leap_mm:+.1f} mm at {from_mm:.1f} mm, and neither its command nor "
         "a draw wire did"
@@ -88,4 +88,4 @@ def _doubt(leap_mm: float, from_mm: float, scale: float | None) -> Doubt:
     elif times is not None and scale is not None and abs(scale - times) < NEARER * abs(times - 1.0):
         kind, how = "scale", f"its scale has changed to {times:.2f} times what it was"
     setting = channel_setting("position", "calibration")
-    return Doubt(kind, "position", "controller", setting, f"{seen}: {how}", leap_mm, LEAPS_MM, "mm")
+    return SignalDoubt(kind, "position", "controller", setting, f"{seen}: {how}", leap_mm, LEAPS_MM, "mm")

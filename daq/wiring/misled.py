@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
 from bufferstand.daq.wiring.exchanged import goes_as, swapped
-from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch
 from bufferstand.foundation.likeness import likeness
 
 TRAVEL_MM = 0.2
@@ -28,8 +28,8 @@ MOVED_MM, PRESSED_KN = 0.5, 3.0
 
 
 def misled(  # noqa: PLR0911 - one return for each thing that can be wrong
-    stretch: Stretch, *, follows: bool
-) -> Doubt | None:
+    stretch: SampleStretch, *, follows: bool
+) -> SignalDoubt | None:
     """Return what is wrong with the position by its command, None if nothing is seen.
 
     Parameters
@@ -80,7 +80,7 @@ def _one_way(time: Floats, told: Floats) -> slice:
     return slice(int(np.searchsorted(time, time[begin] + SETTLED_S)), turn + 1)
 
 
-def _offset(smooth: Stretch, told: Floats, at: Floats) -> Doubt | None:
+def _offset(smooth: SampleStretch, told: Floats, at: Floats) -> SignalDoubt | None:
     """Return a doubt where both stand, in different places."""
     rows = slice(0, int(np.searchsorted(smooth.time_s, smooth.time_s[0] + STANDS_S)))
     if smooth.time_s[-1] - smooth.time_s[0] < STANDS_S or rows.stop < 3:
@@ -97,12 +97,14 @@ def _offset(smooth: Stretch, told: Floats, at: Floats) -> Doubt | None:
     return _doubt("zero", text, off_mm)
 
 
-def _moved(smooth: Stretch, force: Floats | None) -> bool:
+def _moved(smooth: SampleStretch, force: Floats | None) -> bool:
     ways = [float(np.ptp(smooth.values[name])) for name in smooth.wires]
     pressed = [] if force is None else [float(np.ptp(force))]
     return max(ways, default=0.0) > MOVED_MM or max(pressed, default=0.0) > PRESSED_KN
 
 
-def _doubt(kind: Kind, text: str, value: float) -> Doubt:
+def _doubt(kind: Kind, text: str, value: float) -> SignalDoubt:
     setting = channel_setting("position", "calibration")
-    return Doubt(kind, "position", "controller", setting, text, value, None, "mm" if kind == "zero" else "")
+    return SignalDoubt(
+        kind, "position", "controller", setting, text, value, None, "mm" if kind == "zero" else ""
+    )

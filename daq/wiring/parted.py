@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.wiring.track import GRID_S, Means, Track
+from bufferstand.daq.wiring.track import GRID_S, ForceMeans, ForceTrack
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ specimen that is 40 % off makes."""
 
 
 @dataclass(frozen=True)
-class Jump:
+class ChannelJump:
     """A force that left the other one at once.
 
     Parameters
@@ -71,7 +71,7 @@ class Jump:
 
 
 @dataclass(frozen=True)
-class Standstill:
+class ChannelStandstill:
     """A force that shows one value while the other one changes [kN], for so long [s]."""
 
     name: str
@@ -79,7 +79,9 @@ class Standstill:
     other_kN: float
 
 
-def standstill(one: Track, other: Track, names: tuple[str, str], *, sure: bool = True) -> Standstill | None:
+def standstill(
+    one: ForceTrack, other: ForceTrack, names: tuple[str, str], *, sure: bool = True
+) -> ChannelStandstill | None:
     """Return whether the first of two forces stands still while the second one changes, None if not.
 
     Holes of the one do not matter: it stands from one sample to the next, however far they are apart.
@@ -106,10 +108,10 @@ def standstill(one: Track, other: Track, names: tuple[str, str], *, sure: bool =
     count_kN = one.least_step_kN if np.isfinite(one.least_step_kN) else 0.0
     if changed_kN < max(least_kN, CHANGED_STEPS * count_kN):
         return None
-    return Standstill(names[0], for_s, changed_kN)
+    return ChannelStandstill(names[0], for_s, changed_kN)
 
 
-def jump(first: Track, second: Track, time: Floats, one: Floats, two: Floats) -> Jump | None:
+def jump(first: ForceTrack, second: ForceTrack, time: Floats, one: Floats, two: Floats) -> ChannelJump | None:
     """Return which of both left the other at once, None where neither did, or both.
 
     Parameters
@@ -131,8 +133,8 @@ def jump(first: Track, second: Track, time: Floats, one: Floats, two: Floats) ->
 
 
 def fresh_jump(
-    first: Track, second: Track, time: Floats, one: Floats, two: Floats, *, least_kN: float
-) -> Jump | None:
+    first: ForceTrack, second: ForceTrack, time: Floats, one: Floats, two: Floats, *, least_kN: float
+) -> ChannelJump | None:
     """Return which of both has left the other at once a moment ago, and stays away by ``least_kN`` [kN].
 
     The other parameters are those of :func:`jump`.
@@ -151,7 +153,7 @@ def fresh_jump(
     return _of_one(first, second, at_s=float(time[at]), by_kN=size_kN, before=(one, two), at=at)
 
 
-def made_by_delay(broke: Jump, means: Means, time: Floats, two: Floats, lags_s: Floats) -> bool:
+def made_by_delay(broke: ChannelJump, means: ForceMeans, time: Floats, two: Floats, lags_s: Floats) -> bool:
     """Return whether a jump is a turn of the force that comes later in one of both, and no jump.
 
     Parameters
@@ -190,8 +192,14 @@ def _elsewhere(steps: Floats, at: int) -> float:
 
 
 def _of_one(
-    first: Track, second: Track, *, at_s: float, by_kN: float, before: tuple[Floats, Floats], at: int
-) -> Jump | None:
+    first: ForceTrack,
+    second: ForceTrack,
+    *,
+    at_s: float,
+    by_kN: float,
+    before: tuple[Floats, Floats],
+    at: int,
+) -> ChannelJump | None:
     """Return the jump by the samples of the one that has it, None where they do not show it in one alone.
 
     Where the specimen's preload is met or left the force jumps in truth: one that is late does not, there.
@@ -202,7 +210,7 @@ def _of_one(
     tracks = (("force", first, -by_kN, before[0]), ("force_2", second, by_kN, before[1]))
     breaks = [_break(track.samples(), at_s, kN) for _, track, kN, _ in tracks]
     found = [
-        Jump(name, kN, at_s, float(own[max(0, at - round(MARGIN_S / GRID_S))]))
+        ChannelJump(name, kN, at_s, float(own[max(0, at - round(MARGIN_S / GRID_S))]))
         for (name, _, kN, own), here, there in zip(tracks, breaks, reversed(breaks), strict=True)
         if any(
             sharp and quiet < OF_SIZE * abs(kN) for (sharp, _), (_, quiet) in zip(here, there, strict=True)

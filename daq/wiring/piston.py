@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from bufferstand.daq.wiring.behind import BACK_S, explained_late_s, follows, late_piston, since_s
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
-from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Floats, Lasting, Scene, slope_of
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Floats, RecentState, RepeatedFinding, slope_of
 from bufferstand.foundation.likeness import likeness
 
 LATE_S = 0.4
@@ -41,7 +41,7 @@ class PistonJudge:
     """Holds the position against the command."""
 
     def __init__(self) -> None:
-        self._lasting, self._far = Lasting(LOOKS), Lasting(APART_LOOKS)
+        self._lasting, self._far = RepeatedFinding(LOOKS), RepeatedFinding(APART_LOOKS)
         self.suspected = False
         """Whether the position was off at the last look: nothing is held against it then."""
 
@@ -50,7 +50,7 @@ class PistonJudge:
         """Whether something has begun to look wrong, and more looks will tell."""
         return self._lasting.begun or self._far.begun
 
-    def look(self, scene: Scene) -> Doubt | None:
+    def look(self, scene: RecentState) -> SignalDoubt | None:
         """Return what is wrong with the position, None if nothing is."""
         command, position = scene.points.column("command"), scene.points.column("position")
         if command is None or position is None:
@@ -60,7 +60,7 @@ class PistonJudge:
             return None
         return self._apart(scene, rows, command, position) or self._slope(scene, command, position)
 
-    def _apart(self, scene: Scene, rows: Floats, command: int, position: int) -> Doubt | None:
+    def _apart(self, scene: RecentState, rows: Floats, command: int, position: int) -> SignalDoubt | None:
         """Return a doubt where the position is nowhere that its command has been."""
         told = rows[:, command]
         fastest = float(np.max(np.abs(np.diff(told)) / np.diff(rows[:, 0])))
@@ -89,7 +89,7 @@ class PistonJudge:
         return _doubt(kind, text, beyond_mm, most_mm)
 
     @staticmethod
-    def _times(scene: Scene, command: int, position: int, now_mm: float, at_mm: float) -> float:
+    def _times(scene: RecentState, command: int, position: int, now_mm: float, at_mm: float) -> float:
         """Return how many times its way the piston seems to go, 0 where that does not explain its place."""
         rows = scene.points.last(6.0)
         if len(rows) and float(np.ptp(rows[:, command])) > TIMES_MM:
@@ -99,7 +99,7 @@ class PistonJudge:
         ratio = at_mm / now_mm if abs(now_mm) > 1.0 else 0.0
         return ratio if abs(now_mm) > 3.0 or abs(ratio + 1.0) < TIMES_OFF else 0.0
 
-    def _slope(self, scene: Scene, command: int, position: int) -> Doubt | None:
+    def _slope(self, scene: RecentState, command: int, position: int) -> SignalDoubt | None:
         rows = _even_stretch(scene.points.last(6.0), command)
         force = scene.now("force")
         if rows is None or (force is not None and abs(force) > LOADED * scene.guard.force_max_kN):
@@ -125,9 +125,9 @@ class PistonJudge:
         return _doubt("sign" if slope < -0.3 else "scale", text, slope, 1.0 + SLOPE_OFF)
 
 
-def _doubt(kind: Kind, text: str, value: float, limit: float) -> Doubt:
+def _doubt(kind: Kind, text: str, value: float, limit: float) -> SignalDoubt:
     setting = channel_setting("position", "calibration")
-    return Doubt(kind, "position", "controller", setting, text, value, limit, "mm")
+    return SignalDoubt(kind, "position", "controller", setting, text, value, limit, "mm")
 
 
 def _even_stretch(rows: Floats, command: int) -> Floats | None:

@@ -23,7 +23,7 @@ LEAST_DELAY_S = 0.001
 """A delay of less moves nothing by as much as a point [s]."""
 
 
-class Points:
+class SamplePoints:
     """Collects blocks of the controller, and keeps the last seconds as points.
 
     Parameters

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.daq.wiring.parted import Jump
-from bufferstand.daq.wiring.track import Track, has_hole
+from bufferstand.daq.wiring.parted import ChannelJump
+from bufferstand.daq.wiring.track import ForceTrack, has_hole
 
 REST_S, EVERY_S = 2.0, 0.5
 """Over so long both stand; so often it is looked [s of the stand]."""
@@ -26,7 +26,7 @@ OTHER_SHARE = 0.4
 
 
 @dataclass(frozen=True)
-class Rest:
+class ForceRest:
     """What both showed in the mean while they stood, until an instant of the host [s, kN]."""
 
     at_s: float
@@ -38,10 +38,10 @@ class Rests:
     """Remembers the rests of the last seconds."""
 
     def __init__(self) -> None:
-        self._kept: deque[Rest] = deque()
+        self._kept: deque[ForceRest] = deque()
         self._due_s = -np.inf
 
-    def look(self, first: Track, second: Track, until_s: float) -> Rest | None:
+    def look(self, first: ForceTrack, second: ForceTrack, until_s: float) -> ForceRest | None:
         """Return the rest that both have come to; None where they move, or where it was looked just now.
 
         Parameters
@@ -56,13 +56,13 @@ class Rests:
         means = [_stands_at_kN(track, until_s) for track in (first, second)]
         if means[0] is None or means[1] is None:
             return None
-        rest = Rest(until_s, means[0], means[1])
+        rest = ForceRest(until_s, means[0], means[1])
         while self._kept and not 0.0 < until_s - self._kept[0].at_s < BACK_S:
             self._kept.popleft()
         self._kept.append(rest)
         return rest
 
-    def parted(self, rest: Rest, least_kN: float, share: float) -> Jump | None:
+    def parted(self, rest: ForceRest, least_kN: float, share: float) -> ChannelJump | None:
         """Return which force has left the other one since a rest before; None where neither has.
 
         Parameters
@@ -81,11 +81,11 @@ class Rests:
                     if abs(one) > abs(two)
                     else ("force_2", two, before.second_kN)
                 )
-                return Jump(name, size_kN, rest.at_s, from_kN)
+                return ChannelJump(name, size_kN, rest.at_s, from_kN)
         return None
 
 
-def _stands_at_kN(track: Track, until_s: float) -> float | None:  # noqa: N802 - the unit keeps its capital
+def _stands_at_kN(track: ForceTrack, until_s: float) -> float | None:  # noqa: N802 - the unit keeps its capital
     """Return the mean of a force over the last :data:`REST_S`; None where it moves or has a hole there."""
     samples, begin_s = track.samples(), until_s - REST_S
     if samples[0, 0] > begin_s or has_hole(samples, begin_s, until_s):

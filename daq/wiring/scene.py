@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.points import Points
+from bufferstand.daq.wiring.points import SamplePoints
 
 Floats = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ SLOW_MM_PER_S = 60.0
 
 
 @dataclass(frozen=True)
-class Scene:
+class RecentState:
     """A moment of the stand.
 
     Parameters
@@ -34,7 +34,7 @@ class Scene:
         Newest value of the second force.
     """
 
-    points: Points
+    points: SamplePoints
     guard: WiringGuard
     counted: bool
     specimen_C: float | None
@@ -74,7 +74,7 @@ class Scene:
         return None if self.way is None else self.now(self.way)
 
 
-class Lasting:
+class RepeatedFinding:
     """Something that has been so for some looks in a row.
 
     Parameters

@@ -43,7 +43,7 @@ KEPT_S, KEPT_MORE_S = 900.0, 60.0
 
 
 @dataclass(frozen=True)
-class Still:
+class StoppedReading:
     """A sensor that stands still.
 
     Parameters
@@ -66,7 +66,7 @@ class Still:
 
 
 @dataclass(frozen=True)
-class Heat:
+class HeatAtReading:
     """What is known of the specimen's heat at a reading.
 
     Parameters
@@ -133,7 +133,7 @@ class _Balance:
         self._last_J = self._lost_Ks = 0.0
         self.rise_K = self.heat_J = 0.0
 
-    def take(self, at_s: float, reading_C: float, heat: Heat, step_K: float) -> float | None:
+    def take(self, at_s: float, reading_C: float, heat: HeatAtReading, step_K: float) -> float | None:
         """Return the heat capacity, None as long as the sensor has not risen with the heat [J/K]."""
         if self._base is None:
             self._base, self._last_s = (reading_C, heat.absorbed_J), at_s
@@ -167,7 +167,7 @@ class StoppedSensor:
         self._low_C, self._high_C = float("inf"), -float("inf")
         self._balance = _Balance()
 
-    def take(self, at_s: float, reading_C: float, heat: Heat) -> Still | None:
+    def take(self, at_s: float, reading_C: float, heat: HeatAtReading) -> StoppedReading | None:
         """Take a reading; return what is known of it if the sensor has stopped, None if it has not.
 
         Parameters
@@ -187,7 +187,7 @@ class StoppedSensor:
         self._break(heat)
         return self._stopped(heat)
 
-    def _capacity(self, heat: Heat) -> float | None:
+    def _capacity(self, heat: HeatAtReading) -> float | None:
         """Return the most that the specimen takes per kelvin, as known when the stretch began [J/K]."""
         seen = self._kept[0].capacity
         if seen is None:
@@ -195,13 +195,13 @@ class StoppedSensor:
         own, most = SEEN_TIMES * seen, heat.capacity_J_per_K
         return own if most is None else min(max(own, LEAST_SHARE * most), most)
 
-    def _add(self, total: _Sum, row: int, heat: Heat) -> None:
+    def _add(self, total: _Sum, row: int, heat: HeatAtReading) -> None:
         before, now = self._kept[row - 1], self._kept[row]
         passed_s = now.at_s - before.at_s
         loses_W = (self._capacity(heat) or 0.0) * max(0.0, now.value_C - heat.air_C) / heat.cools_s
         total.add(now.absorbed_J - before.absorbed_J, loses_W * passed_s, passed_s)
 
-    def _break(self, heat: Heat) -> None:
+    def _break(self, heat: HeatAtReading) -> None:
         """Let the stretch begin where the sensor moved for the last time."""
         most_K = STILL_STEPS * self._step_K
         newest, oldest = self._kept[-1], self._kept[0]
@@ -225,7 +225,7 @@ class StoppedSensor:
         for row in range(1, len(stretch)):
             self._add(self._sum, row, heat)
 
-    def _stopped(self, heat: Heat) -> Still | None:
+    def _stopped(self, heat: HeatAtReading) -> StoppedReading | None:
         begun, now, capacity = self._kept[0], self._kept[-1], self._capacity(heat)
         if begun.capacity is None or capacity is None:
             return None
@@ -236,7 +236,7 @@ class StoppedSensor:
         least_Js = MUST_SHOW_STEPS * step_J * heat.lag_s
         if self._sum.net_Js < max(least_Js, LATE_TIMES * self._longest.all_Js):
             return None
-        return Still(
+        return StoppedReading(
             now.at_s - begun.at_s,
             now.absorbed_J - begun.absorbed_J,
             self._sum.net_J / capacity,

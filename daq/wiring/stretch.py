@@ -15,7 +15,7 @@ SMOOTHED_S = 0.02
 
 
 @dataclass(frozen=True)
-class Stretch:
+class SampleStretch:
     """Samples of one clock, shape (n,) each, and those of the second force beside them.
 
     Parameters
@@ -47,20 +47,20 @@ class Stretch:
         """Return where the piston was told to be; None where that is not sampled [mm]."""
         return self.values.get("command")
 
-    def last(self, span_s: float) -> Stretch:
+    def last(self, span_s: float) -> SampleStretch:
         """Return its last ``span_s`` seconds."""
         since_s = float(self.time_s[-1]) - span_s
         return self._where(self.time_s >= since_s, self.second_s >= since_s)
 
-    def until(self, until_s: float) -> Stretch:
+    def until(self, until_s: float) -> SampleStretch:
         """Return it up to an instant [s]."""
         return self._where(self.time_s <= until_s, self.second_s <= until_s)
 
-    def _where(self, rows: NDArray[np.bool_], second: NDArray[np.bool_]) -> Stretch:
+    def _where(self, rows: NDArray[np.bool_], second: NDArray[np.bool_]) -> SampleStretch:
         values = {name: value[rows] for name, value in self.values.items()}
-        return Stretch(self.time_s[rows], values, self.second_s[second], self.second_kN[second])
+        return SampleStretch(self.time_s[rows], values, self.second_s[second], self.second_kN[second])
 
-    def smoothed(self) -> Stretch:
+    def smoothed(self) -> SampleStretch:
         """Return means over :data:`SMOOTHED_S`, each at the middle of its time."""
         if len(self) < 3:
             return self
@@ -68,10 +68,10 @@ class Stretch:
         values = {name: _means(value, width) for name, value in self.values.items()}
         time = self.time_s[width // 2 :][: len(self) - width + 1]
         if len(self.second_s) < 3:
-            return Stretch(time, values, self.second_s, self.second_kN)
+            return SampleStretch(time, values, self.second_s, self.second_kN)
         wide = self._width(self.second_s)
         second_s = self.second_s[wide // 2 :][: len(self.second_s) - wide + 1]
-        return Stretch(time, values, second_s, _means(self.second_kN, wide))
+        return SampleStretch(time, values, second_s, _means(self.second_kN, wide))
 
     @staticmethod
     def _width(time: Floats) -> int:

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
 from bufferstand.daq.wiring.exchanged import exchanged, goes_as
 from bufferstand.daq.wiring.facts import STIFFEST_FRAME_KN_PER_MM, WiringGuard
 from bufferstand.daq.wiring.misled import misled
-from bufferstand.daq.wiring.stretch import Floats, Stretch, noise_of
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch, noise_of
 from bufferstand.foundation.likeness import likeness
 
 FALLS, RISES = 0.35, 0.35
@@ -48,7 +48,7 @@ NOISY_TIMES = 2.0
 
 
 @dataclass(frozen=True)
-class Touch:
+class TouchOutcome:
     """A touch as it was asked for, and as it ended.
 
     Parameters
@@ -65,7 +65,7 @@ class Touch:
         Whether it was ended by something else.
     """
 
-    stretch: Stretch
+    stretch: SampleStretch
     asked_kN: float
     turned: bool
     own_kN: float | None = None
@@ -93,8 +93,8 @@ class _Rise:
 
 
 def doubt_of_touch(  # noqa: PLR0911 - one return for each thing that can be wrong
-    touch: Touch, guard: WiringGuard
-) -> Doubt | None:
+    touch: TouchOutcome, guard: WiringGuard
+) -> SignalDoubt | None:
     """Return what a touch says against the wiring, None if nothing.
 
     Parameters
@@ -128,13 +128,13 @@ def doubt_of_touch(  # noqa: PLR0911 - one return for each thing that can be wro
     return _goes_as_the_piston(touch, rise) or _late(rise) or _steep(rise, guard)
 
 
-def has_risen(touch: Touch) -> bool:
+def has_risen(touch: TouchOutcome) -> bool:
     """Return whether the force of a touch has risen: a late one may be yet to come."""
     rise = _rise(touch)
     return rise is None or rise.high >= rise.least
 
 
-def scatter_doubt(force: Floats, second: Floats, asked_kN: float) -> Doubt:
+def scatter_doubt(force: Floats, second: Floats, asked_kN: float) -> SignalDoubt:
     """Return the doubt of a force that scatters so much at rest that no touch can be told from it.
 
     Parameters
@@ -157,7 +157,7 @@ def scatter_doubt(force: Floats, second: Floats, asked_kN: float) -> Doubt:
     return _doubt("scale", "calibration", text, own_kN, None, "kN")
 
 
-def _rise(touch: Touch) -> _Rise | None:
+def _rise(touch: TouchOutcome) -> _Rise | None:
     smooth = touch.stretch.smoothed()
     force, place = smooth.values.get("force"), smooth.values.get("position")
     if force is None or place is None or len(touch.stretch) < 50:
@@ -172,14 +172,14 @@ def _rise(touch: Touch) -> _Rise | None:
     return _Rise(smooth.time_s, force - level, place, noise, least)
 
 
-def _sign(touch: Touch, rise: _Rise) -> Doubt | None:
+def _sign(touch: TouchOutcome, rise: _Rise) -> SignalDoubt | None:
     if not (rise.low < -rise.least and -rise.low > 2.0 * rise.high):
         return None
     text = f"force fell by {-rise.low:.2f} kN as the piston touched the specimen{_own(touch)}"
     return _doubt("sign", "calibration", f"{text}: its sign is turned", rise.low, 0.0, "kN")
 
 
-def _too_little(touch: Touch, rise: _Rise) -> Doubt:
+def _too_little(touch: TouchOutcome, rise: _Rise) -> SignalDoubt:
     high = rise.high
     look = likeness(high / touch.asked_kN) if high > rise.least / 2.0 else ""
     text = (
@@ -189,11 +189,11 @@ def _too_little(touch: Touch, rise: _Rise) -> Doubt:
     return _doubt("scale", "calibration", text, high, touch.asked_kN, "kN")
 
 
-def _own(touch: Touch) -> str:
+def _own(touch: TouchOutcome) -> str:
     return "" if touch.own_kN is None else f" (its own reading is {touch.own_kN:+.2f} kN now)"
 
 
-def _still_rises(rise: _Rise) -> Doubt | None:
+def _still_rises(rise: _Rise) -> SignalDoubt | None:
     """Return a doubt where the force still rises after the piston has gone back."""
     period_s = float(np.median(np.diff(rise.time)))
     width = max(1, min(len(rise.time), round(TURNED_S / period_s)))
@@ -219,7 +219,7 @@ def _still_rises(rise: _Rise) -> Doubt | None:
     return _doubt("delay", "delay_s", text, late_s, STILL_RISES_S, "s")
 
 
-def _behind_second(touch: Touch, rise: _Rise) -> Doubt | None:
+def _behind_second(touch: TouchOutcome, rise: _Rise) -> SignalDoubt | None:
     """Return a doubt where the force comes to half of its height later than the second force to its own."""
     second_kN = _second_rise_kN(touch)
     if second_kN is None or second_kN < TOLD_KN or rise.high < rise.least:
@@ -240,7 +240,7 @@ def _half_way_s(time: Floats, force: Floats, half: float) -> float:
     return float(time[int(below[-1])] if len(below) else time[0])
 
 
-def _late(rise: _Rise) -> Doubt | None:
+def _late(rise: _Rise) -> SignalDoubt | None:
     """Return a doubt where the force rises and falls later than the piston comes and goes."""
     above = np.flatnonzero(rise.force > 0.5 * rise.high)
     up, down = int(above[0]), int(above[-1])
@@ -259,7 +259,7 @@ def _late(rise: _Rise) -> Doubt | None:
     return _doubt("delay", "delay_s", text, late_s, LATE_S, "s")
 
 
-def _steep(rise: _Rise, guard: WiringGuard) -> Doubt | None:
+def _steep(rise: _Rise, guard: WiringGuard) -> SignalDoubt | None:
     """Return a doubt where the force rises more steeply than any frame lets it."""
     top = int(np.argmax(rise.force))
     below = np.flatnonzero(rise.force[: top + 1] < 0.2 * rise.high)
@@ -277,7 +277,7 @@ def _steep(rise: _Rise, guard: WiringGuard) -> Doubt | None:
     return _doubt("scale", "calibration", text, slope, STEEPER * frame, "kN/mm")
 
 
-def _goes_as_the_piston(touch: Touch, rise: _Rise) -> Doubt | None:
+def _goes_as_the_piston(touch: TouchOutcome, rise: _Rise) -> SignalDoubt | None:
     """Return a doubt where the force is the piston's way, from rest on.
 
     A specimen so soft lets the draw wires go with the piston, and the second force rise with the first.
@@ -303,12 +303,12 @@ def _goes_as_the_piston(touch: Touch, rise: _Rise) -> Doubt | None:
     return _doubt("disagrees", "registers", text, rise.high, second_kN, "kN")
 
 
-def _wires(touch: Touch) -> list[Floats]:
+def _wires(touch: TouchOutcome) -> list[Floats]:
     smooth = touch.stretch.smoothed()
     return [smooth.values[name] for name in smooth.wires]
 
 
-def _pressed_unseen(touch: Touch, rise: _Rise) -> Doubt | None:
+def _pressed_unseen(touch: TouchOutcome, rise: _Rise) -> SignalDoubt | None:
     """Return a doubt where the piston has taken the draw wires along, and no force is seen.
 
     Wires that follow the plate go with it from the start; those that stood first hang on a specimen.
@@ -329,7 +329,7 @@ def _pressed_unseen(touch: Touch, rise: _Rise) -> Doubt | None:
     return _doubt("scale", "calibration", text, rise.high, touch.asked_kN, "kN")
 
 
-def _second_alone(touch: Touch, rise: _Rise) -> Doubt | None:
+def _second_alone(touch: TouchOutcome, rise: _Rise) -> SignalDoubt | None:
     """Return a doubt where the second force rose by several times as much: one of both has another scale."""
     second_kN = _second_rise_kN(touch)
     if second_kN is None or second_kN < TOLD_KN or second_kN < APART * max(rise.high, 0.0):
@@ -343,10 +343,10 @@ def _second_alone(touch: Touch, rise: _Rise) -> Doubt | None:
         + (f" ({look})" if look else "")
         + ": one of both has another scale, or another signal"
     )
-    return Doubt("scale", "force, force_2", "controller", setting, text, ratio, 1.0 / APART, "")
+    return SignalDoubt("scale", "force, force_2", "controller", setting, text, ratio, 1.0 / APART, "")
 
 
-def _second_rise_kN(touch: Touch) -> float | None:  # noqa: N802 - the unit keeps its capital
+def _second_rise_kN(touch: TouchOutcome) -> float | None:  # noqa: N802 - the unit keeps its capital
     smooth = touch.stretch.smoothed()
     if len(smooth.second_s) < 20:
         return None
@@ -357,5 +357,5 @@ def _second_rise_kN(touch: Touch) -> float | None:  # noqa: N802 - the unit keep
     return max(0.0, float(smooth.second_kN.max()) - float(np.median(smooth.second_kN[rest])) - noise_kN)
 
 
-def _doubt(kind: Kind, key: str, text: str, value: float, limit: float | None, unit: str) -> Doubt:
-    return Doubt(kind, "force", "controller", channel_setting("force", key), text, value, limit, unit)
+def _doubt(kind: Kind, key: str, text: str, value: float, limit: float | None, unit: str) -> SignalDoubt:
+    return SignalDoubt(kind, "force", "controller", channel_setting("force", key), text, value, limit, unit)

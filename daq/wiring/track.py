@@ -20,7 +20,7 @@ SET_BACK_S = 1.0
 """A clock that goes back by more was set [s]."""
 
 
-class Track:
+class ForceTrack:
     """Samples of one force on the host's clock.
 
     Parameters
@@ -94,7 +94,7 @@ class Track:
         return self._whole
 
 
-class Means:
+class ForceMeans:
     """Means of a track about instants: of an even width, or its value where that is 0.
 
     Parameters

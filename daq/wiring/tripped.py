@@ -13,13 +13,13 @@ import numpy as np
 
 from bufferstand.daq.guards import Trip
 from bufferstand.daq.wiring.behind import BACK_S, explained_late_s, late_piston
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
 from bufferstand.daq.wiring.exchanged import exchanged
 from bufferstand.daq.wiring.facts import WiringGuard
 from bufferstand.daq.wiring.leapt_force import leap_of, leapt
 from bufferstand.daq.wiring.misled import misled
 from bufferstand.daq.wiring.parted import farther
-from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch
 from bufferstand.daq.wiring.wires_late import late_wires
 from bufferstand.foundation.likeness import likeness
 
@@ -49,8 +49,12 @@ CLOCKS_S, PLACE_MM = 0.05, 0.5
 
 
 def tripped_by(
-    guard: WiringGuard, trip: Trip, stretch: Stretch, zeros_mm: Mapping[str, float], specimen_C: float | None
-) -> Doubt | None:
+    guard: WiringGuard,
+    trip: Trip,
+    stretch: SampleStretch,
+    zeros_mm: Mapping[str, float],
+    specimen_C: float | None,
+) -> SignalDoubt | None:
     """Return what is wrong with the wiring that a trip comes of, None where nothing says so.
 
     Parameters
@@ -78,7 +82,7 @@ def tripped_by(
     return None
 
 
-def until_limit(stretch: Stretch, limited: Limited) -> Stretch:
+def until_limit(stretch: SampleStretch, limited: Limited) -> SampleStretch:
     """Return a stretch up to where a channel was greatest: there the device's own limit has ended a motion.
 
     What comes behind is its release.
@@ -97,17 +101,17 @@ def until_limit(stretch: Stretch, limited: Limited) -> Stretch:
     return stretch.until(float(last.time_s[int(np.argmax(np.abs(value)))]))
 
 
-def _leapt_unseen(stretch: Stretch) -> Doubt | None:
+def _leapt_unseen(stretch: SampleStretch) -> SignalDoubt | None:
     """Return a doubt of exchanged inputs where the second force has not come to the leap yet."""
     if not len(stretch.second_s) or stretch.second_s[-1] > stretch.time_s[-1]:
         return None
-    return exchanged(Stretch(stretch.time_s, stretch.values))
+    return exchanged(SampleStretch(stretch.time_s, stretch.values))
 
 
 # --- draw wires -----------------------------------------------------------------------------------------
 
 
-def _wire(guard: WiringGuard, stretch: Stretch, zeros_mm: Mapping[str, float]) -> Doubt | None:
+def _wire(guard: WiringGuard, stretch: SampleStretch, zeros_mm: Mapping[str, float]) -> SignalDoubt | None:
     """Return a doubt of the wire that does not go with the piston, where the other one does."""
     smooth = stretch.smoothed()
     way = smooth.values.get("position", smooth.told)
@@ -133,7 +137,7 @@ def _spread(values: Floats) -> float:
     return float(np.ptp(np.quantile(values, (0.02, 0.98))))
 
 
-def _beside(guard: WiringGuard, time: Floats, name: str, own: Floats, other: Floats) -> Doubt | None:
+def _beside(guard: WiringGuard, time: Floats, name: str, own: Floats, other: Floats) -> SignalDoubt | None:
     """Return what is wrong with a wire beside one that is right."""
     begins_s = float(time[int(np.argmax(other > BEGINS_MM))]) - BEFORE_S
     rows = time >= max(begins_s, float(time[-1]) - BACK_S)
@@ -164,11 +168,11 @@ def _beside(guard: WiringGuard, time: Floats, name: str, own: Floats, other: Flo
     return None
 
 
-def _wire_doubt(kind: Kind, name: str, key: str, text: str, value: float) -> Doubt:
-    return Doubt(kind, name, "controller", channel_setting(name, key), text, value, None, "")
+def _wire_doubt(kind: Kind, name: str, key: str, text: str, value: float) -> SignalDoubt:
+    return SignalDoubt(kind, name, "controller", channel_setting(name, key), text, value, None, "")
 
 
-def _piston(stretch: Stretch) -> Doubt | None:
+def _piston(stretch: SampleStretch) -> SignalDoubt | None:
     """Return a doubt of the position that is late, where the wires go with its command."""
     smooth = stretch.smoothed()
     told, at = smooth.told, smooth.values.get("position")
@@ -194,7 +198,9 @@ def _piston(stretch: Stretch) -> Doubt | None:
 # --- force ----------------------------------------------------------------------------------------------
 
 
-def _force(guard: WiringGuard, trip: Trip, stretch: Stretch, specimen_C: float | None) -> Doubt | None:
+def _force(
+    guard: WiringGuard, trip: Trip, stretch: SampleStretch, specimen_C: float | None
+) -> SignalDoubt | None:
     """Return a doubt of the force that passed its limit, where the second one of the same load did not."""
     value_kN = trip.value
     second = stretch.second_kN[stretch.second_s >= stretch.time_s[-1] - SECOND_OLD_S]
@@ -222,11 +228,11 @@ def _force(guard: WiringGuard, trip: Trip, stretch: Stretch, specimen_C: float |
         text += f", {ratio:.2f} times as much" + (f" ({look})" if look else "")
     setting = channel_setting("force", "calibration")
     kind: Kind = "sign" if turned else "scale"
-    return Doubt(kind, "force", "controller", setting, text, value_kN, trip.limit, "kN")
+    return SignalDoubt(kind, "force", "controller", setting, text, value_kN, trip.limit, "kN")
 
 
 def _may_rise_kN(  # noqa: N802 - the unit keeps its capital
-    guard: WiringGuard, stretch: Stretch, since_s: float, specimen_C: float | None
+    guard: WiringGuard, stretch: SampleStretch, since_s: float, specimen_C: float | None
 ) -> float:
     """Return how much the force may have risen since the second one was read.
 
@@ -247,13 +253,13 @@ def _may_rise_kN(  # noqa: N802 - the unit keeps its capital
     return gone_mm * guard.stiffest_kN_per_mm
 
 
-def _stroke_mm(stretch: Stretch) -> float | None:
+def _stroke_mm(stretch: SampleStretch) -> float | None:
     wires = [float(stretch.values[name][-1]) for name in stretch.wires]
     return sum(wires) / len(wires) if wires else None
 
 
 def _expected_kN(  # noqa: N802 - the unit keeps its capital
-    guard: WiringGuard, stretch: Stretch, specimen_C: float | None
+    guard: WiringGuard, stretch: SampleStretch, specimen_C: float | None
 ) -> float | None:
     stroke_mm = _stroke_mm(stretch)
     return None if guard.curve is None or stroke_mm is None else guard.curve.at(stroke_mm, specimen_C)

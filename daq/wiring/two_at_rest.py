@@ -6,7 +6,7 @@ shows a load first, so that nobody unloads a specimen that bears none, or takes 
 
 from __future__ import annotations
 
-from bufferstand.daq.wiring.doubt import Doubt, channel_setting, stream_of
+from bufferstand.daq.wiring.doubt import SignalDoubt, channel_setting, stream_of
 from bufferstand.foundation.likeness import likeness
 
 APART_KN, UNCOUNTED_KN, APART_SHARE = 2.0, 3.5, 0.08
@@ -44,7 +44,9 @@ def apart_at_rest(force_kN: float, second_kN: float | None, *, counted: bool) ->
     return "" if doubt is None else f"{doubt.text}: look at their wiring and at {doubt.setting}"
 
 
-def doubt_at_rest(force_kN: float, second_kN: float | None, *, counted: bool, more: str = "") -> Doubt | None:
+def doubt_at_rest(
+    force_kN: float, second_kN: float | None, *, counted: bool, more: str = ""
+) -> SignalDoubt | None:
     """Return the doubt of two ways to one force that do not agree at rest, None where they do.
 
     Parameters
@@ -68,4 +70,6 @@ def doubt_at_rest(force_kN: float, second_kN: float | None, *, counted: bool, mo
     text += ": scale, zero or wire of one of them is wrong, and there need be no load"
     setting = " or ".join(channel_setting(name, "calibration") for name in names)
     apart_kN = force_kN - second_kN
-    return Doubt("disagrees", ", ".join(names), stream_of(names[0]), setting, text, apart_kN, most_kN, "kN")
+    return SignalDoubt(
+        "disagrees", ", ".join(names), stream_of(names[0]), setting, text, apart_kN, most_kN, "kN"
+    )

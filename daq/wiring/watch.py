@@ -10,7 +10,7 @@ import numpy as np
 from bufferstand.daq.guards import Trip
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.clock_offset import ClockOffset
-from bufferstand.daq.wiring.doubt import Doubt, doubt_trip
+from bufferstand.daq.wiring.doubt import SignalDoubt, doubt_trip
 from bufferstand.daq.wiring.exchanged import with_the_position
 from bufferstand.daq.wiring.facts import WiringGuard
 from bufferstand.daq.wiring.force_band import ForceJudge
@@ -18,9 +18,9 @@ from bufferstand.daq.wiring.forces import TwoForcesJudge
 from bufferstand.daq.wiring.heat import HeatJudge
 from bufferstand.daq.wiring.leapt_position import leapt
 from bufferstand.daq.wiring.piston import PistonJudge
-from bufferstand.daq.wiring.points import KEPT_S, Points
-from bufferstand.daq.wiring.scene import Scene
-from bufferstand.daq.wiring.stretch import Stretch
+from bufferstand.daq.wiring.points import KEPT_S, SamplePoints
+from bufferstand.daq.wiring.scene import RecentState
+from bufferstand.daq.wiring.stretch import SampleStretch
 from bufferstand.daq.wiring.tripped import LOOKED_BACK_S, Limited, tripped_by, until_limit
 from bufferstand.daq.wiring.wires import WireJudge
 
@@ -43,7 +43,7 @@ class WiringWatch:
         self._heat = HeatJudge()
         self._said: set[tuple[str, str]] = set()
         self._doubted_s: dict[str, float] = {}
-        self._points: Points | None = None
+        self._points: SamplePoints | None = None
         self._clock = ClockOffset()
         self._judging = False
         self._begin()
@@ -91,7 +91,7 @@ class WiringWatch:
         list of Trip
             What is doubted now and was not before.
         """
-        doubts: Iterable[Doubt | None]
+        doubts: Iterable[SignalDoubt | None]
         if block.stream in guard.specimen or block.stream in guard.ambient:
             doubts = [self._heat.take(guard, block, temperatures_C.get(block.stream))]
         elif not controller:
@@ -127,7 +127,11 @@ class WiringWatch:
         return self._judging and any(judge.begun for judge in judges)
 
     def _said_once(
-        self, guard: WiringGuard, doubts: Iterable[Doubt | None], at_s: float, time_us: int | None = None
+        self,
+        guard: WiringGuard,
+        doubts: Iterable[SignalDoubt | None],
+        at_s: float,
+        time_us: int | None = None,
     ) -> list[Trip]:
         """Return the trips of doubts of one look that were not said yet."""
         trips = []
@@ -137,7 +141,7 @@ class WiringWatch:
                 trips.append(doubt_trip(doubt, guard.action, at_s, time_us))
         return trips
 
-    def _causes(self, doubts: Iterable[Doubt | None], at_s: float) -> list[Doubt]:
+    def _causes(self, doubts: Iterable[SignalDoubt | None], at_s: float) -> list[SignalDoubt]:
         """Return the doubts of one look without those that another one explains.
 
         Exchanged inputs make each of both look wrong; and while the judges' memory holds what was wrong of a
@@ -178,7 +182,7 @@ class WiringWatch:
         if len(newest) < LEAST_POINTS:
             return trip
         values = {name: newest[:, column] for column, name in enumerate(self._points.names, start=1)}
-        stretch = Stretch(newest[:, 0], values, *self._forces.second(LOOKED_BACK_S))
+        stretch = SampleStretch(newest[:, 0], values, *self._forces.second(LOOKED_BACK_S))
         zeros_mm = {} if self._counted else self._wires.rest_mm
         asked = trip
         if limited is not None:
@@ -200,9 +204,9 @@ class WiringWatch:
         temperatures_C: Mapping[str, float],
         *,
         device_clock: bool,
-    ) -> Iterable[Doubt | None]:
+    ) -> Iterable[SignalDoubt | None]:
         if self._points is None:
-            self._points = Points(guard.delays_s)
+            self._points = SamplePoints(guard.delays_s)
         if guard.motion == "none" and self._judging:
             self._begin()  # the judges, not the points: at the next motion these show what was at rest
         self._judging = guard.motion != "none"
@@ -216,10 +220,10 @@ class WiringWatch:
             yield from self._judge(guard, self._points, temperatures_C)
 
     def _judge(
-        self, guard: WiringGuard, points: Points, temperatures_C: Mapping[str, float]
-    ) -> Iterable[Doubt | None]:
+        self, guard: WiringGuard, points: SamplePoints, temperatures_C: Mapping[str, float]
+    ) -> Iterable[SignalDoubt | None]:
         own = [temperatures_C[name] for name in guard.specimen if name in temperatures_C]
-        scene = Scene(points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
+        scene = RecentState(points, guard, self._counted, max(own, default=None), self._forces.latest_kN)
         if guard.motion == "all":
             yield self._forces.look(scene)
         yield self._told(self._piston.look(scene))
@@ -230,7 +234,7 @@ class WiringWatch:
             yield self._force.look(scene)
             yield self._told(self._wires.look(scene))
 
-    def _told(self, doubt: Doubt | None) -> Doubt | None:
+    def _told(self, doubt: SignalDoubt | None) -> SignalDoubt | None:
         """Return a doubt of a way, or what it comes from: an exchange, or a position that leapt."""
         points = self._points
         if doubt is None or points is None or doubt.kind == "swapped":

@@ -18,9 +18,9 @@ import numpy as np
 
 from bufferstand.daq.wiring.behind import PATIENCE_MM, PATIENCE_S, BehindJudge
 from bufferstand.daq.wiring.by_frame import force_instead
-from bufferstand.daq.wiring.doubt import Doubt, Kind, channel_setting
-from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
-from bufferstand.daq.wiring.wires_late import LOADED_KN, Contact, LateWires, late_wires
+from bufferstand.daq.wiring.doubt import Kind, SignalDoubt, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, RecentState, RepeatedFinding, slope_of
+from bufferstand.daq.wiring.wires_late import LOADED_KN, ContactPositions, LateWires, late_wires
 from bufferstand.foundation.likeness import likeness
 
 BEFORE_MM = 1.2
@@ -50,8 +50,8 @@ class WireJudge:
     """Holds each draw wire against the piston."""
 
     def __init__(self) -> None:
-        self._lasting = Lasting(LOOKS)
-        self._contact: Contact | None = None
+        self._lasting = RepeatedFinding(LOOKS)
+        self._contact: ContactPositions | None = None
         self._rest: dict[str, float] | None = None
         self._farthest_mm = 0.0
         self._late = LateWires()
@@ -70,7 +70,7 @@ class WireJudge:
         """Return what each channel read at rest as judging began; empty where that is not known."""
         return self._rest or {}
 
-    def look(self, scene: Scene) -> Doubt | None:
+    def look(self, scene: RecentState) -> SignalDoubt | None:
         """Return what is wrong with a wire, None if nothing is."""
         way, wires = scene.way, scene.points.wires
         if way is None or not wires:
@@ -87,8 +87,8 @@ class WireJudge:
         return self._with_the_piston(scene, now, contact, at_mm)
 
     def _with_the_piston(
-        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float
-    ) -> Doubt | None:
+        self, scene: RecentState, now: Mapping[str, float], contact: ContactPositions, at_mm: float
+    ) -> SignalDoubt | None:
         """Return what is wrong with a wire where the position goes with the command."""
         speed, wires = scene.speed_mm_per_s(scene.way or ""), scene.points.wires
         first = at_mm > self._farthest_mm - 0.3 and speed > -0.1
@@ -120,12 +120,12 @@ class WireJudge:
 
     # --- where it is met ----------------------------------------------------------------------------
 
-    def _met(self, scene: Scene, now: Mapping[str, float], way: str) -> Contact | None:
+    def _met(self, scene: RecentState, now: Mapping[str, float], way: str) -> ContactPositions | None:
         if self._contact is not None:
             return self._contact
         wires = scene.points.wires
         if scene.counted:
-            self._contact = Contact(0.0, dict.fromkeys(wires, 0.0), 0.0)
+            self._contact = ContactPositions(0.0, dict.fromkeys(wires, 0.0), 0.0)
             return self._contact
         if self._rest is None:
             rows = scene.points.last(REST_S)
@@ -138,12 +138,12 @@ class WireJudge:
             if scene.speed_mm_per_s(way) == 0.0:  # it stands: what it reads at rest is that of now
                 self._rest = None
             return None
-        self._contact = Contact(now[way], {name: now[name] for name in wires}, now.get("command"))
+        self._contact = ContactPositions(now[way], {name: now[name] for name in wires}, now.get("command"))
         return self._contact
 
     def _piston_behind(
-        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float
-    ) -> Doubt | None:
+        self, scene: RecentState, now: Mapping[str, float], contact: ContactPositions, at_mm: float
+    ) -> SignalDoubt | None:
         """Return a doubt of the position that is behind the wires, which go with the command."""
         if scene.way != "position" or contact.command_mm is None:
             return None
@@ -151,7 +151,7 @@ class WireJudge:
         speed = scene.speed_mm_per_s("command")
         return self._behind.look(scene, now, contact=met, close_mm=_close_mm(scene, at_mm, speed))
 
-    def _before(self, scene: Scene, now: Mapping[str, float], at_mm: float) -> Doubt | None:
+    def _before(self, scene: RecentState, now: Mapping[str, float], at_mm: float) -> SignalDoubt | None:
         """Return a doubt where a wire does not read its zero before the first compression."""
         if self._farthest_mm > 1.0:
             return None
@@ -169,7 +169,7 @@ class WireJudge:
         return _doubt("zero", names, "calibration (hooked in anew since the zero?)", text, value, BEFORE_MM)
 
     @staticmethod
-    def _loaded(scene: Scene, now: Mapping[str, float]) -> bool:
+    def _loaded(scene: RecentState, now: Mapping[str, float]) -> bool:
         forces = [now["force"]] if "force" in now else []
         forces += [scene.force_2_kN] if scene.force_2_kN is not None else []
         return bool(forces) and min(forces) > LOADED_KN
@@ -177,13 +177,18 @@ class WireJudge:
     # --- how far it goes ----------------------------------------------------------------------------
 
     @staticmethod
-    def _given_mm(scene: Scene, now: Mapping[str, float], at_mm: float) -> tuple[float, float]:
+    def _given_mm(scene: RecentState, now: Mapping[str, float], at_mm: float) -> tuple[float, float]:
         """Return the least and the most that the machine gives way now [mm]."""
         force_kN = scene.guard.believable_kN(now.get("force", 0.0), at_mm, scene.specimen_C)
         return scene.guard.given_way_mm(force_kN)
 
     def _off(
-        self, scene: Scene, now: Mapping[str, float], contact: Contact, at_mm: float, speed: float
+        self,
+        scene: RecentState,
+        now: Mapping[str, float],
+        contact: ContactPositions,
+        at_mm: float,
+        speed: float,
     ) -> dict[str, float]:
         """Return by how much each wire is off that is off by too much; positive: it lags behind [mm]."""
         least_mm, most_mm = self._given_mm(scene, now, at_mm)
@@ -196,7 +201,7 @@ class WireJudge:
                 off[name] = beyond_mm
         return off
 
-    def _against(self, scene: Scene, now: Mapping[str, float]) -> dict[str, float]:
+    def _against(self, scene: RecentState, now: Mapping[str, float]) -> dict[str, float]:
         """Return the wires that go back as the piston goes forward: the tilt that this makes is none."""
         rest = self._rest or {}
         gone = {name: now[name] - rest.get(name, now[name]) for name in scene.points.wires}
@@ -204,12 +209,12 @@ class WireJudge:
 
     def _apart(
         self,
-        scene: Scene,
+        scene: RecentState,
         off: Mapping[str, float],
         now: Mapping[str, float],
-        contact: Contact,
+        contact: ContactPositions,
         at_mm: float,
-    ) -> Doubt | None:
+    ) -> SignalDoubt | None:
         if not self._lasting.sure("apart", bool(off)):
             return None
         wires = scene.points.wires
@@ -246,9 +251,9 @@ class WireJudge:
 
     def _may_come(
         self,
-        scene: Scene,
+        scene: RecentState,
         now: Mapping[str, float],
-        contact: Contact,
+        contact: ContactPositions,
         off: Mapping[str, float],
         at_mm: float,
     ) -> bool:
@@ -262,7 +267,7 @@ class WireJudge:
                 return False
         return True
 
-    def _lately(self, scene: Scene, contact: Contact, name: str) -> float:
+    def _lately(self, scene: RecentState, contact: ContactPositions, name: str) -> float:
         """Return how far a wire went lately per way of the piston; not a number where that stood."""
         column, way = scene.points.column(name), scene.points.column(scene.way or "")
         rows = scene.points.last(0.2)
@@ -276,8 +281,8 @@ class WireJudge:
         )
 
     def _slope(  # noqa: PLR0911 - one return for each thing that can be wrong, or that keeps from a look
-        self, scene: Scene, contact: Contact, at_mm: float, speed: float
-    ) -> Doubt | None:
+        self, scene: RecentState, contact: ContactPositions, at_mm: float, speed: float
+    ) -> SignalDoubt | None:
         """Return a doubt where the first compression shows another scale, whatever the zeros are."""
         way, force = scene.points.column(scene.way or ""), scene.points.column("force")
         rows = scene.points.last(6.0)
@@ -323,7 +328,7 @@ class WireJudge:
         )
 
 
-def _close_mm(scene: Scene, at_mm: float, speed: float) -> float:
+def _close_mm(scene: RecentState, at_mm: float, speed: float) -> float:
     """Return within which wire and piston agree [mm]."""
     own_mm = CLOSE_MM + SHARE * abs(at_mm) + DELAY_S * abs(speed)
     return own_mm if scene.counted else own_mm + UNCOUNTED_MM
@@ -348,7 +353,9 @@ def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str
     return "scale", f", {known:.2f} times as far" + (f", {look}" if look else "")
 
 
-def _scaled_doubt(kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool) -> Doubt:
+def _scaled_doubt(
+    kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool
+) -> SignalDoubt:
     """Return a doubt of how far wires go; where both are alike, it may be the piston's own scale."""
     setting = channel_setting(sensor, "calibration and delay_s" if kind == "still" else "calibration")
     if both and kind == "scale":
@@ -359,7 +366,7 @@ def _scaled_doubt(kind: Kind, sensor: str, text: str, value: float, limit: float
 
 def _doubt(
     kind: Kind, sensor: str, setting: str, text: str, value: float, limit: float, unit: str = "mm"
-) -> Doubt:
+) -> SignalDoubt:
     if not setting.startswith("["):
         setting = channel_setting(sensor, setting)
-    return Doubt(kind, sensor, "controller", setting, text, value, limit, unit)
+    return SignalDoubt(kind, sensor, "controller", setting, text, value, limit, unit)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.daq.wiring.behind import BACK_S, explained_late_s, late_piston
-from bufferstand.daq.wiring.doubt import Doubt, channel_setting
-from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, Lasting, Scene, slope_of
+from bufferstand.daq.wiring.doubt import SignalDoubt, channel_setting
+from bufferstand.daq.wiring.scene import SLOW_MM_PER_S, RecentState, RepeatedFinding, slope_of
 
 LATE_S, LATE_MM = 0.045, 0.4
 """A wire is late from this on [s], where that makes so much of the way [mm]."""
@@ -31,7 +31,7 @@ LOOKS = 2
 
 
 @dataclass
-class Contact:
+class ContactPositions:
     """Where the first contact was: the piston, and each wire there [mm]."""
 
     position_mm: float
@@ -43,19 +43,19 @@ class LateWires:
     """Looks for draw wires that are late."""
 
     def __init__(self) -> None:
-        self._lasting = Lasting(LOOKS)
+        self._lasting = RepeatedFinding(LOOKS)
         self._due_s = -np.inf
         self._least_s: dict[str, float] = {}
 
     def at_even_speed(
         self,
-        scene: Scene,
+        scene: RecentState,
         now: Mapping[str, float],
-        contact: Contact,
+        contact: ContactPositions,
         at_mm: float,
         speed: float,
         most_mm: float,
-    ) -> Doubt | None:
+    ) -> SignalDoubt | None:
         """Return a doubt where a wire stays behind by what a delay makes at constant speed.
 
         ``most_mm`` is the most that the machine gives way now.
@@ -83,7 +83,9 @@ class LateWires:
             return None
         return late_wires(", ".join(late_s), max(late_s.values()))
 
-    def where_it_changes(self, scene: Scene, contact: Contact, at_mm: float) -> Doubt | None:
+    def where_it_changes(
+        self, scene: RecentState, contact: ContactPositions, at_mm: float
+    ) -> SignalDoubt | None:
         """Return a doubt where a wire is behind the piston by a part that goes with the speed."""
         now_s = float(scene.points.table[-1, 0])
         if now_s < self._due_s or at_mm < 1.0:
@@ -123,7 +125,7 @@ class LateWires:
         return late_wires(", ".join(late), late_s)
 
     @staticmethod
-    def explains(scene: Scene, contact: Contact, name: str) -> float | None:
+    def explains(scene: RecentState, contact: ContactPositions, name: str) -> float | None:
         """Return by how much a wire is late, where nothing else explains its last seconds [s]."""
         rows, column = scene.points.last(BACK_S), scene.points.column(name)
         way, force = scene.points.column(scene.way or ""), scene.points.column("force")
@@ -134,8 +136,10 @@ class LateWires:
         return explained_late_s(rows[:, 0], leader, rows[:, column] - contact.wires_mm[name])
 
 
-def late_wires(sensor: str, late_s: float) -> Doubt:
+def late_wires(sensor: str, late_s: float) -> SignalDoubt:
     """Return the doubt of wires that are late, early where that is negative [s]."""
     how = "behind" if late_s > 0.0 else "ahead of"
     text = f"{sensor} is {abs(late_s) * 1e3:.0f} ms {how} the piston"
-    return Doubt("delay", sensor, "controller", channel_setting(sensor, "delay_s"), text, late_s, LATE_S, "s")
+    return SignalDoubt(
+        "delay", sensor, "controller", channel_setting(sensor, "delay_s"), text, late_s, LATE_S, "s"
+    )

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bufferstand.drivers.simulated.faults import parse_fault
 from bufferstand.drivers.simulated.faults_file import load_faults
-from bufferstand.drivers.simulated.server import Options, Served, serve, write_endpoints
+from bufferstand.drivers.simulated.server import Served, ServerOptions, serve, write_endpoints
 from bufferstand.foundation.errors import BadInput, ExitStatus
 
 
@@ -38,7 +38,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     try:
         faults, seed = ((), 0) if given.faults is None else load_faults(given.faults)
-        options = Options(
+        options = ServerOptions(
             model=given.model,
             speed=given.speed,
             port=given.port,

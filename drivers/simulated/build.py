@@ -10,7 +10,7 @@ from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
 from bufferstand.drivers.simulated.physics import Spring
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
-from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.file import load_model
@@ -51,7 +51,7 @@ def make_device(
     *,
     model: Path | None = None,
     spring: Spring | None = None,
-    truth: Truth | None = None,
+    truth: TruthLog | None = None,
     faults: Sequence[ScheduledFault] = (),
     fault_seed: int = 0,
 ) -> SimulatedDevice:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 
-class Reject(IntEnum):
+class RejectReason(IntEnum):
     """Judgement of a command (register ``reject_code``)."""
 
     ACCEPTED = 0
@@ -17,7 +17,7 @@ class Reject(IntEnum):
     NOT_ARMED = 4
 
 
-class Fault(IntEnum):
+class ControllerFault(IntEnum):
     """Why the controller gave up (register ``fault_code``)."""
 
     NONE = 0
@@ -27,7 +27,7 @@ class Fault(IntEnum):
     ACTUATOR = 4
 
 
-class Code(IntEnum):
+class CommandCode(IntEnum):
     """What is commanded (register ``command_code``)."""
 
     HOLD = 1
@@ -38,11 +38,11 @@ class Code(IntEnum):
     ADJUST = 6
 
 
-KNOWN_CODES = frozenset(int(code) for code in Code)
+KNOWN_CODES = frozenset(int(code) for code in CommandCode)
 """Every value of ``command_code`` that means something."""
 
 
-class Status(IntEnum):
+class StatusBit(IntEnum):
     """Bits of the status word, as CiA 402 has them."""
 
     READY = 1 << 0
@@ -132,11 +132,11 @@ def in_range(command: Command, can: Capabilities, force_limit_kN: float, stroke_
     speed_fits = 0.0 < command.speed_mm_per_s <= can.speed_max_mm_per_s * more
     top = stroke_limit_mm * more
     match command.code:
-        case Code.HOLD:
+        case CommandCode.HOLD:
             return True
-        case Code.RAMP:
+        case CommandCode.RAMP:
             return speed_fits and -can.retract_max_mm <= command.target_mm <= top
-        case Code.HARMONIC:
+        case CommandCode.HARMONIC:
             mean, amplitude = command.mean_mm, command.amplitude_mm
             peak_speed = 2.0 * math.pi * command.frequency_Hz * amplitude
             return (
@@ -146,7 +146,7 @@ def in_range(command: Command, can: Capabilities, force_limit_kN: float, stroke_
                 and peak_speed <= can.speed_max_mm_per_s * more
                 and command.cycles >= 1
             )
-        case Code.STATIC:
+        case CommandCode.STATIC:
             return (
                 speed_fits
                 and 0.0 < command.turning_force_kN <= force_limit_kN * more

@@ -21,18 +21,25 @@ from bufferstand.drivers.simulated.commands import (
     QUICK_STOP_OFF,
     SWITCH_ON,
     Capabilities,
-    Code,
     Command,
-    Fault,
-    Reject,
-    Status,
+    CommandCode,
+    ControllerFault,
+    RejectReason,
+    StatusBit,
     in_range,
 )
-from bufferstand.drivers.simulated.motions import Harmonic, Hold, Motion, Ramp, Release, Static
+from bufferstand.drivers.simulated.motions import (
+    HarmonicMotion,
+    HoldMotion,
+    Motion,
+    RampMotion,
+    ReleaseMotion,
+    StaticMotion,
+)
 from bufferstand.drivers.simulated.watchdog import Watchdog
 
 
-class Controller:
+class SimulatedController:
     """Judges commands, makes them motions, watches limits.
 
     Parameters
@@ -54,15 +61,15 @@ class Controller:
         self._control_word = 0
         self._armed: Command | None = None
         self._executed: Command | None = None
-        self._motion: Motion = Hold(0, 0.0)
+        self._motion: Motion = HoldMotion(0, 0.0)
         self._running = False
         self._rate_mm = 0.0
         self._force_kN = 0.0
         self.valve_on = False
         self.state = MotionState.OFF
-        self.fault = Fault.NONE
+        self.fault = ControllerFault.NONE
         self.echo_sequence = 0
-        self.reject = Reject.ACCEPTED
+        self.reject = RejectReason.ACCEPTED
         self.done_sequence = 0
         self.end_reason = EndReason.NONE
         self.cycles_done = 0
@@ -78,11 +85,11 @@ class Controller:
         if not self.valve_on:
             self.command_mm = position_mm
             return position_mm
-        if self.fault is Fault.NONE:
+        if self.fault is ControllerFault.NONE:
             if force_kN > self._trip_kN:
-                self._trip(Fault.FORCE_LIMIT, EndReason.DEVICE_LIMIT)
+                self._trip(ControllerFault.FORCE_LIMIT, EndReason.DEVICE_LIMIT)
             elif position_mm > self._trip_mm:
-                self._trip(Fault.STROKE_LIMIT, EndReason.DEVICE_LIMIT)
+                self._trip(ControllerFault.STROKE_LIMIT, EndReason.DEVICE_LIMIT)
         motion = self._motion
         before = self.command_mm
         command = self.command_mm = motion.advance(force_kN, position_mm)
@@ -103,45 +110,45 @@ class Controller:
 
     def look_at_watchdog(self) -> None:
         """Let wall time count; fall back to zero force if the heartbeat is missing."""
-        if self.watchdog.look() and self.valve_on and self.fault is Fault.NONE:
+        if self.watchdog.look() and self.valve_on and self.fault is ControllerFault.NONE:
             self.watchdog.trips += 1
-            self._trip(Fault.WATCHDOG, EndReason.WATCHDOG)
+            self._trip(ControllerFault.WATCHDOG, EndReason.WATCHDOG)
 
-    def fail(self, fault: Fault) -> None:
+    def fail(self, fault: ControllerFault) -> None:
         """Give up for a reason of its own (a simulated fault): fall back to zero force, valve off."""
-        if self.fault is Fault.NONE:
+        if self.fault is ControllerFault.NONE:
             self._trip(fault, EndReason.DEVICE_LIMIT)
             if not self.valve_on:
                 self._arrive(self._motion)
 
     # --- commands -----------------------------------------------------------------------------------
 
-    def arm(self, command: Command) -> Reject:
+    def arm(self, command: Command) -> RejectReason:
         """Judge a command and keep it for :meth:`execute`.
 
         The same command once more, while it is being executed, is a repeated request and changes nothing.
         """
         self.echo_sequence = command.sequence
         if self._running and command == self._executed:
-            self.reject = Reject.ACCEPTED
+            self.reject = RejectReason.ACCEPTED
             return self.reject
         self.reject = self._judge(command)
-        self._armed = command if self.reject is Reject.ACCEPTED else None
+        self._armed = command if self.reject is RejectReason.ACCEPTED else None
         return self.reject
 
-    def execute(self, sequence: int) -> Reject:
+    def execute(self, sequence: int) -> RejectReason:
         """Start the armed command of that sequence; a repeated request for a started one changes nothing."""
         command = self._armed
         self.echo_sequence = sequence
         if command is None or command.sequence != sequence:
             repeated = self._executed is not None and self._executed.sequence == sequence
-            self.reject = Reject.ACCEPTED if repeated else Reject.NOT_ARMED
+            self.reject = RejectReason.ACCEPTED if repeated else RejectReason.NOT_ARMED
             return self.reject
         self.reject = self._judge(command)
         self._armed = None
-        if self.reject is Reject.ACCEPTED:
+        if self.reject is RejectReason.ACCEPTED:
             self._executed = command
-            if command.code == Code.ADJUST and isinstance(self._motion, Harmonic):
+            if command.code == CommandCode.ADJUST and isinstance(self._motion, HarmonicMotion):
                 self._motion.adjust(command.mean_mm, command.amplitude_mm)
             else:
                 self._start(self._motion_of(command))
@@ -168,41 +175,41 @@ class Controller:
         edge = word & ~self._control_word
         self._control_word = word
         if edge & FAULT_RESET and self.state is MotionState.FAULT:
-            self.fault = Fault.NONE
+            self.fault = ControllerFault.NONE
             self.state = MotionState.OFF
         operate = word & SWITCH_ON and word & ENABLE_VOLTAGE and word & ENABLE_OPERATION
         if not operate:
             self._switch_off()
         elif not word & QUICK_STOP_OFF:
             self._quick_stop()
-        elif not self.valve_on and self.fault is Fault.NONE:
+        elif not self.valve_on and self.fault is ControllerFault.NONE:
             self.valve_on = True
             self.watchdog.restart()
             self.command_mm = self.position_mm
             self._rate_mm = 0.0
-            self._motion = Hold(0, self.position_mm)
+            self._motion = HoldMotion(0, self.position_mm)
             self.state = MotionState.HOLDING
 
     @property
     def status_word(self) -> int:
         """The status word, bits as CiA 402."""
-        word = int(Status.REMOTE)
+        word = int(StatusBit.REMOTE)
         if self._control_word & QUICK_STOP_OFF:
-            word |= Status.QUICK_STOP_INACTIVE
-        if self.fault is not Fault.NONE:
-            word |= Status.FAULT
+            word |= StatusBit.QUICK_STOP_INACTIVE
+        if self.fault is not ControllerFault.NONE:
+            word |= StatusBit.FAULT
         if self.valve_on:
-            word |= Status.READY | Status.SWITCHED_ON | Status.ENABLED | Status.VOLTAGE
+            word |= StatusBit.READY | StatusBit.SWITCHED_ON | StatusBit.ENABLED | StatusBit.VOLTAGE
         elif self.state is MotionState.READY:
-            word |= Status.READY | Status.VOLTAGE
+            word |= StatusBit.READY | StatusBit.VOLTAGE
             if self._control_word & SWITCH_ON:
-                word |= Status.SWITCHED_ON
-        elif self.fault is Fault.NONE:
-            word |= Status.SWITCH_ON_DISABLED
+                word |= StatusBit.SWITCHED_ON
+        elif self.fault is ControllerFault.NONE:
+            word |= StatusBit.SWITCH_ON_DISABLED
         if not self._running and self.end_reason is EndReason.REACHED:
-            word |= Status.TARGET_REACHED
+            word |= StatusBit.TARGET_REACHED
         if self._force_kN >= self._force_limit_kN or self.position_mm >= self._stroke_limit_mm:
-            word |= Status.LIMIT_ACTIVE
+            word |= StatusBit.LIMIT_ACTIVE
         return word
 
     @property
@@ -229,7 +236,7 @@ class Controller:
         self._running = True
         self.state = motion.state
         self.cycles_done = 0
-        if isinstance(motion, Hold) and motion.stands_at(self.position_mm):
+        if isinstance(motion, HoldMotion) and motion.stands_at(self.position_mm):
             # Nothing is left to do. A stand that waits for its reader may make no next sample to say so.
             self._arrive(motion)
 
@@ -243,29 +250,29 @@ class Controller:
 
     def _arrive(self, motion: Motion) -> None:
         self._finish(motion.end)
-        self._motion = Hold(0, self.command_mm)
+        self._motion = HoldMotion(0, self.command_mm)
         self.state = MotionState.HOLDING
-        if self.fault is not Fault.NONE:
+        if self.fault is not ControllerFault.NONE:
             self.valve_on = False
             self.state = MotionState.FAULT
 
-    def _trip(self, fault: Fault, why: EndReason) -> None:
+    def _trip(self, fault: ControllerFault, why: EndReason) -> None:
         """Give up: note why, then retract to zero force."""
         self._finish(why)
         self.fault = fault
         self._armed = None
         step = self.capabilities.fallback_speed_mm_per_s * self._dt_s
-        self._motion = Release(0, self.command_mm, step)
+        self._motion = ReleaseMotion(0, self.command_mm, step)
         self._running = True
         self.state = MotionState.RELEASING
 
     def _switch_off(self) -> None:
         if self.valve_on:
             self._finish(EndReason.COMMANDED)
-            self._motion = Hold(0, self.position_mm)
+            self._motion = HoldMotion(0, self.position_mm)
             self.valve_on = False
         self._armed = None
-        if self.fault is not Fault.NONE:
+        if self.fault is not ControllerFault.NONE:
             self.state = MotionState.FAULT
         else:
             powered = self._control_word & ENABLE_VOLTAGE and self._control_word & QUICK_STOP_OFF
@@ -273,21 +280,21 @@ class Controller:
 
     def _quick_stop(self) -> None:
         self._armed = None
-        if self.valve_on and self.fault is Fault.NONE:
+        if self.valve_on and self.fault is ControllerFault.NONE:
             self._finish(EndReason.COMMANDED)
-            self._motion = Hold(0, self.command_mm)
+            self._motion = HoldMotion(0, self.command_mm)
             self.state = MotionState.HOLDING
 
     def _motion_of(self, command: Command) -> Motion:
         sequence, at = command.sequence, self.command_mm
         step = command.speed_mm_per_s * self._dt_s
         match command.code:
-            case Code.HOLD:
-                return Hold(sequence, at, self._rate_mm, self._deceleration_mm())
-            case Code.RAMP:
-                return Ramp(sequence, at, command.target_mm, step)
-            case Code.HARMONIC:
-                return Harmonic(
+            case CommandCode.HOLD:
+                return HoldMotion(sequence, at, self._rate_mm, self._deceleration_mm())
+            case CommandCode.RAMP:
+                return RampMotion(sequence, at, command.target_mm, step)
+            case CommandCode.HARMONIC:
+                return HarmonicMotion(
                     sequence,
                     command.mean_mm,
                     command.amplitude_mm,
@@ -295,8 +302,8 @@ class Controller:
                     command.cycles,
                     self._dt_s,
                 )
-            case Code.STATIC:
-                return Static(
+            case CommandCode.STATIC:
+                return StaticMotion(
                     sequence,
                     at,
                     step,
@@ -306,45 +313,49 @@ class Controller:
                     round(command.pause_s / self._dt_s),
                 )
             case _:
-                return Release(sequence, at, step)
+                return ReleaseMotion(sequence, at, step)
 
     def _deceleration_mm(self) -> float:
         """Change of the command's rate per sample with which a hold begins: other motions than a sine stop at
         once, as they start.
         """
-        return self._motion.deceleration_mm() if isinstance(self._motion, Harmonic) else 0.0
+        return self._motion.deceleration_mm() if isinstance(self._motion, HarmonicMotion) else 0.0
 
     # --- judging ------------------------------------------------------------------------------------
 
-    def _judge(self, command: Command) -> Reject:
-        if command.code not in KNOWN_CODES or (command.code == Code.ADJUST and not self.capabilities.adjusts):
-            return Reject.UNKNOWN_COMMAND
-        operational = self.valve_on and self.fault is Fault.NONE and self._control_word & QUICK_STOP_OFF
+    def _judge(self, command: Command) -> RejectReason:
+        if command.code not in KNOWN_CODES or (
+            command.code == CommandCode.ADJUST and not self.capabilities.adjusts
+        ):
+            return RejectReason.UNKNOWN_COMMAND
+        operational = (
+            self.valve_on and self.fault is ControllerFault.NONE and self._control_word & QUICK_STOP_OFF
+        )
         if not operational or command.sequence == 0:
-            return Reject.WRONG_STATE
-        if command.code == Code.ADJUST:
+            return RejectReason.WRONG_STATE
+        if command.code == CommandCode.ADJUST:
             return self._judge_adjusting(command)
         if not in_range(command, self.capabilities, self._force_limit_kN, self._stroke_limit_mm):
-            return Reject.OUT_OF_RANGE
-        return Reject.ACCEPTED if self._ready_for(command) else Reject.WRONG_STATE
+            return RejectReason.OUT_OF_RANGE
+        return RejectReason.ACCEPTED if self._ready_for(command) else RejectReason.WRONG_STATE
 
     def _ready_for(self, command: Command) -> bool:
         """Return whether a motion may begin: nothing moves, and it stands where it must."""
-        if command.code in {Code.RAMP, Code.HARMONIC, Code.STATIC} and self._running:
+        if command.code in {CommandCode.RAMP, CommandCode.HARMONIC, CommandCode.STATIC} and self._running:
             return False  # a motion in progress is ended by hold or release only
-        if command.code == Code.HARMONIC:
+        if command.code == CommandCode.HARMONIC:
             return abs(self.command_mm - command.mean_mm) <= AT_MEAN_MM
-        return command.code != Code.STATIC or abs(self.command_mm) <= AT_ZERO_MM
+        return command.code != CommandCode.STATIC or abs(self.command_mm) <= AT_ZERO_MM
 
-    def _judge_adjusting(self, command: Command) -> Reject:
+    def _judge_adjusting(self, command: Command) -> RejectReason:
         """Judge a change of the running sine: as a sine, and by the speed on the way."""
         motion = self._motion
-        if not (self._running and isinstance(motion, Harmonic) and motion.adjustable):
-            return Reject.WRONG_STATE
+        if not (self._running and isinstance(motion, HarmonicMotion) and motion.adjustable):
+            return RejectReason.WRONG_STATE
         mean_mm, amplitude_mm = command.mean_mm, command.amplitude_mm
-        as_sine = replace(command, code=int(Code.HARMONIC), frequency_Hz=motion.frequency_Hz, cycles=1)
+        as_sine = replace(command, code=int(CommandCode.HARMONIC), frequency_Hz=motion.frequency_Hz, cycles=1)
         speed = motion.peak_speed_mm_per_s(mean_mm, amplitude_mm)
         fits = in_range(as_sine, self.capabilities, self._force_limit_kN, self._stroke_limit_mm)
         if not fits or speed > self.capabilities.speed_max_mm_per_s * (1.0 + FLOAT32_SLACK):
-            return Reject.OUT_OF_RANGE
-        return Reject.ACCEPTED
+            return RejectReason.OUT_OF_RANGE
+        return RejectReason.ACCEPTED

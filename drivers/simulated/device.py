@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.drivers.simulated.amplifier_form import AmplifierForm, amplifier_form, amplifier_map
-from bufferstand.drivers.simulated.commands import Capabilities, Fault
-from bufferstand.drivers.simulated.controller import Controller
+from bufferstand.drivers.simulated.commands import Capabilities, ControllerFault
+from bufferstand.drivers.simulated.controller import SimulatedController
 from bufferstand.drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
-from bufferstand.drivers.simulated.imperfections.drift import Drift
+from bufferstand.drivers.simulated.imperfections.drift import TransducerDrift
 from bufferstand.drivers.simulated.imperfections.latency import Latency
 from bufferstand.drivers.simulated.imperfections.missed import MissedCycles
-from bufferstand.drivers.simulated.imperfections.wander import Wander
+from bufferstand.drivers.simulated.imperfections.wander import ColouredNoise
 from bufferstand.drivers.simulated.miswired.stand import MiswiredStand
-from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts, Contact, Spring
+from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts, SpecimenAndFrame, Spring
 from bufferstand.drivers.simulated.ring import SampleRing
 from bufferstand.drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
 from bufferstand.drivers.simulated.settings import SimulationSettings
 from bufferstand.drivers.simulated.thermometer import Thermometer
-from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.stand_file import StandFile
 
 RATE_HZ = 1000.0
@@ -41,7 +41,7 @@ _KEPT_FRAMES = 65536
 
 
 @dataclass(frozen=True)
-class Frames:
+class AmplifierValues:
     """Values of the amplifier that have become due: stand time [s] and counts about zero, shape (n,)."""
 
     time_s: NDArray[np.float64]
@@ -80,7 +80,7 @@ class SimulatedDevice:
         settings: SimulationSettings,
         spring: Spring,
         wall_s: Callable[[], float],
-        truth: Truth | None = None,
+        truth: TruthLog | None = None,
         faults: Sequence[ScheduledFault] = (),
         fault_seed: int = 0,
     ) -> None:
@@ -95,7 +95,7 @@ class SimulatedDevice:
         self._clock_rate = 1.0 + settings.clock_drift_ppm * 1e-6
         self.period_s = 1.0 / (RATE_HZ * self._clock_rate)
         limits, profile = stand_file.limits, stand_file.profile()
-        self.controller = Controller(
+        self.controller = SimulatedController(
             Capabilities(
                 limits.force_max_kN,
                 limits.stroke_max_mm,
@@ -119,7 +119,7 @@ class SimulatedDevice:
             settings.piston_start_mm,
         )
         self.controller.position_mm = self.controller.command_mm = settings.piston_start_mm
-        self.contact = Contact(spring, settings.frame_stiffness_kN_per_mm, self.period_s)
+        self.contact = SpecimenAndFrame(spring, settings.frame_stiffness_kN_per_mm, self.period_s)
         self._delay = Delay(settings.force_delay_s, self.period_s, settings.force_low_pass_Hz)
         self._miswired = MiswiredStand(stand_file, settings.miswired, self.period_s)
         self._cell_force_kN = 0.0
@@ -152,9 +152,9 @@ class SimulatedDevice:
             seeds[0],
         )
         self._wires = WirePair(settings.wire_linearity_mm, settings.wire_tilt)
-        self._drift = Drift.of(settings)
+        self._drift = TransducerDrift.of(settings)
         wires = (settings.stroke_flicker_mm, settings.stroke_hum_mm)
-        self._wander = Wander(
+        self._wander = ColouredNoise(
             (settings.force_flicker_kN, wires[0], wires[0]),
             (settings.force_hum_kN, wires[1], wires[1]),
             self.period_s,
@@ -162,7 +162,7 @@ class SimulatedDevice:
         )
         self._amplifier: tuple[Resampler, Converters] | None = None
         self.amplifier_form: AmplifierForm | None = None
-        self.frames: deque[Frames] = deque(maxlen=_KEPT_FRAMES)
+        self.frames: deque[AmplifierValues] = deque(maxlen=_KEPT_FRAMES)
         self.amplifier_map = amplifier_map(stand_file)
         if stand_file.amplifier is not None:
             channel = stand_file.amplifier.channel
@@ -265,7 +265,7 @@ class SimulatedDevice:
         for fault in self.faults.due(self.time_s, "controller"):
             match fault.kind:
                 case "trip":
-                    self.controller.fail(Fault(int(fault.number("code"))))
+                    self.controller.fail(ControllerFault(int(fault.number("code"))))
                 case "watchdog":
                     self.controller.watchdog.expire()
                 case "clock-jump":
@@ -429,7 +429,7 @@ class SimulatedDevice:
                 counts = converters.counts(value[:, np.newaxis])[:, 0]
                 counts = self._miswired.second_force(due_s, counts, converters)
                 whole = self.amplifier_form is None or self.amplifier_form.whole
-                self.frames.append(Frames(due_s, counts.astype(np.int64) if whole else counts))
+                self.frames.append(AmplifierValues(due_s, counts.astype(np.int64) if whole else counts))
         if self.truth is not None:
             truth = np.empty((count, 9))
             truth[:, 0] = sequence

@@ -10,7 +10,7 @@ MOST_ALTERED = 5
 """Most bytes that are altered in one frame."""
 
 
-class FrameTrouble:
+class FrameFaults:
     """Loses, delays, alters, doubles and reorders what one device sends; loses and alters what it hears.
 
     Parameters

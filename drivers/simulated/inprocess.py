@@ -16,7 +16,7 @@ from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess_controller import InProcessController
 from bufferstand.drivers.simulated.inprocess_sensors import InProcessAmplifier, InProcessThermometer
 from bufferstand.drivers.simulated.physics import Spring
-from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
 from bufferstand.drivers.stand_file import StandFile
 
@@ -40,7 +40,7 @@ class InProcessStand:
     clock: VirtualClock
     stand: Stand
     device: SimulatedDevice
-    truth: Truth
+    truth: TruthLog
 
 
 def open_in_process(
@@ -72,7 +72,7 @@ def open_in_process(
         As :func:`bufferstand.drivers.simulated.build.make_device`.
     """
     clock = VirtualClock()
-    truth = Truth()
+    truth = TruthLog()
     device = make_device(
         stand_file,
         clock.wall_s,

@@ -24,8 +24,8 @@ from bufferstand.drivers.interfaces import (
     WriterSeen,
 )
 from bufferstand.drivers.missed_cycles import missed_cycles, parted
-from bufferstand.drivers.simulated.commands import Code, Command, Reject
-from bufferstand.drivers.simulated.controller import Controller as Machine
+from bufferstand.drivers.simulated.commands import Command, CommandCode, RejectReason
+from bufferstand.drivers.simulated.controller import SimulatedController as Machine
 from bufferstand.drivers.simulated.device import RATE_HZ, SimulatedDevice
 from bufferstand.drivers.simulated.inprocess_link import InProcessLink
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
@@ -51,18 +51,18 @@ _FIELDS = {
 }
 """Where the status has a register."""
 _REASONS = {
-    Reject.UNKNOWN_COMMAND: "unknown command",
-    Reject.WRONG_STATE: "not possible in the present state",
-    Reject.OUT_OF_RANGE: "a parameter is out of range",
-    Reject.NOT_ARMED: "the command was not armed",
+    RejectReason.UNKNOWN_COMMAND: "unknown command",
+    RejectReason.WRONG_STATE: "not possible in the present state",
+    RejectReason.OUT_OF_RANGE: "a parameter is out of range",
+    RejectReason.NOT_ARMED: "the command was not armed",
 }
 
-_CODES: dict[type[ControllerMotion], Code] = {
-    StandStill: Code.HOLD,
-    RampTo: Code.RAMP,
-    Harmonic: Code.HARMONIC,
-    StaticCycles: Code.STATIC,
-    Release: Code.RELEASE,
+_CODES: dict[type[ControllerMotion], CommandCode] = {
+    StandStill: CommandCode.HOLD,
+    RampTo: CommandCode.RAMP,
+    Harmonic: CommandCode.HARMONIC,
+    StaticCycles: CommandCode.STATIC,
+    Release: CommandCode.RELEASE,
 }
 
 
@@ -346,7 +346,7 @@ class InProcessController:
             If the controller refuses; if the link is lost.
         """
         text = f"adjusting to {mean_mm:g} ± {amplitude_mm:g} mm"
-        self._give(text, Code.ADJUST, mean_mm=mean_mm, amplitude_mm=amplitude_mm)
+        self._give(text, CommandCode.ADJUST, mean_mm=mean_mm, amplitude_mm=amplitude_mm)
 
     def prepare(self, release: Release) -> None:
         """Do nothing: a release takes one call as it is."""
@@ -388,7 +388,7 @@ class InProcessController:
             missed.append((int(row), cycles))
         return missed
 
-    def _give(self, text: str, code: Code, **parameters: float) -> int:
+    def _give(self, text: str, code: CommandCode, **parameters: float) -> int:
         while True:
             try:
                 return self._give_once(text, code, **parameters)
@@ -397,13 +397,13 @@ class InProcessController:
                     raise
                 self._outlast(lost)
 
-    def _give_once(self, text: str, code: Code, **parameters: float) -> int:
+    def _give_once(self, text: str, code: CommandCode, **parameters: float) -> int:
         controller = self._device.controller
         sequence = controller.echo_sequence % 0xFFFF + 1  # 0 means “none yet”
         command = Command(sequence, int(code), **parameters)  # type: ignore[arg-type]
         with self._link.asking():
             verdicts = (controller.arm(command), controller.execute(sequence))
         for verdict in verdicts:
-            if verdict is not Reject.ACCEPTED:
+            if verdict is not RejectReason.ACCEPTED:
                 raise CommandRejected(f"the simulated controller rejected {text}: {_REASONS[verdict]}")
         return sequence

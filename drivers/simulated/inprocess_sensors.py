@@ -10,11 +10,11 @@ import numpy as np
 from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.serial_amplifier import resync_text, with_saturation
-from bufferstand.drivers.simulated.device import Frames, SimulatedDevice
+from bufferstand.drivers.simulated.device import AmplifierValues, SimulatedDevice
 from bufferstand.drivers.simulated.thermometer import Thermometer
 from bufferstand.drivers.simulated.virtual_clock import VirtualClock
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.foundation.plausibility import Watch
+from bufferstand.foundation.plausibility import PlausibilityWatch
 
 _READING_FAULTS = {
     "silent": ReadingFault.EMPTY,
@@ -54,7 +54,7 @@ class InProcessAmplifier:
         self._name = amplifier.channel.name
         self._sequence = 0
         self._calibration = amplifier.channel.calibration
-        self._watch = Watch(with_saturation(amplifier.channel, (form.low, form.high)))
+        self._watch = PlausibilityWatch(with_saturation(amplifier.channel, (form.low, form.high)))
         self._wrong: set[str] = set()
         self._lost = self._resyncs = 0
         self._silent = False
@@ -96,22 +96,22 @@ class InProcessAmplifier:
         block = SampleBlock("amplifier", first, time_us, {self._name: counts}, lost, self._clock.now_s())
         return [*said, block, *self._complaints(block)]
 
-    def _asked_for(self) -> list[Frames]:
+    def _asked_for(self) -> list[AmplifierValues]:
         """Take what has been measured; of an amplifier with registers, that which would be asked for."""
-        taken: list[Frames] = []
+        taken: list[AmplifierValues] = []
         for one in self._device.frames:
             first = -self._passed % self._form.every
             self._passed += one.counts.size
             if first < one.counts.size:
                 every = slice(first, None, self._form.every)
-                taken.append(Frames(one.time_s[every], one.counts[every]))
+                taken.append(AmplifierValues(one.time_s[every], one.counts[every]))
         self._device.frames.clear()
         return taken
 
-    def _spoiled(self, frames: list[Frames]) -> tuple[list[Frames], int]:
+    def _spoiled(self, frames: list[AmplifierValues]) -> tuple[list[AmplifierValues], int]:
         """Return what comes through in spite of the schedule's faults, and how many values do not."""
         faults = self._device.faults
-        left: list[Frames] = []
+        left: list[AmplifierValues] = []
         for one in frames:
             at_s = float(one.time_s[-1])
             if faults.find("amplifier", "silent", at_s):

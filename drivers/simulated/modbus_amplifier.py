@@ -6,13 +6,13 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from bufferstand.drivers.amplifier_map import AmplifierMap, Register
+from bufferstand.drivers.amplifier_map import AmplifierMap, AmplifierRegister
 from bufferstand.drivers.amplifier_settings import ModbusAmplifierSettings
 from bufferstand.drivers.modbus_link import Table
 from bufferstand.drivers.registers import encode_value
 from bufferstand.drivers.simulated.amplifier_form import AmplifierForm
 from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.faults_wire import FrameFaults
 from bufferstand.drivers.simulated.modbus_pdu import ILLEGAL_ADDRESS, Responder
 from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
@@ -70,7 +70,7 @@ class AmplifierBank:
             self._counter = (self._counter + (0 if self.stuck else times)) % (1 << size)
             self.put(self._map.counter, self._counter)
 
-    def put(self, register: Register, value: float) -> None:
+    def put(self, register: AmplifierRegister, value: float) -> None:
         """Set one register, whatever it is for."""
         words = encode_value(value, register.type, self._map.word_order)
         self._words.update(zip(range(register.address, register.address + len(words)), words, strict=True))
@@ -122,7 +122,7 @@ class ModbusAmplifierWire:
         status = registers.status
         self._overloaded = 0 if status is None else 1 << min(int(bit) for bit in status.bits)
         self.bank = AmplifierBank(registers, form.rate_Hz)
-        trouble = FrameTrouble(device.faults, "amplifier", lambda: device.time_s)
+        trouble = FrameFaults(device.faults, "amplifier", lambda: device.time_s)
         responder = Responder(self.bank, self._measure, self._is_cut, trouble)
         self._network = ModbusStandServer(responder, settings.device_id)
         self._line = RtuStandServer(responder, settings.device_id)

@@ -14,7 +14,7 @@ from typing import Protocol
 
 from bufferstand.drivers.modbus_link import Table
 from bufferstand.drivers.profile import MAX_READ
-from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.faults_wire import FrameFaults
 from bufferstand.drivers.simulated.pace import Link
 
 READ_HOLDING, READ_INPUT, WRITE_ONE, WRITE_SEVERAL, EXCHANGE = 3, 4, 6, 16, 23
@@ -99,7 +99,7 @@ class Responder:
         bank: Bank,
         catch_up: Callable[[bool], object],
         cut: Callable[[], bool],
-        trouble: FrameTrouble | None = None,
+        trouble: FrameFaults | None = None,
         read_write: bool = True,
         way_s: Callable[[], float] = lambda: 0.0,
     ) -> None:

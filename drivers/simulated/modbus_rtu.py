@@ -16,7 +16,7 @@ from pathlib import Path
 
 from pymodbus.framer.rtu import FramerRTU
 
-from bufferstand.drivers.simulated.imperfections.latency import Way
+from bufferstand.drivers.simulated.imperfections.latency import DelayedConnection
 from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, WRITE_SEVERAL, Responder
 from bufferstand.foundation.errors import BadInput
 
@@ -44,7 +44,7 @@ class RtuStandServer:
         self._responder = responder
         self._device_id = device_id
         self._received = b""
-        self._coming, self._going = Way(responder.way_s), Way(responder.way_s)
+        self._coming, self._going = DelayedConnection(responder.way_s), DelayedConnection(responder.way_s)
         self._heard_s = 0.0
         self._link: Path | None = None
         self._ends: tuple[int, int] | None = None

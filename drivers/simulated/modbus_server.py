@@ -11,7 +11,7 @@ import struct
 from functools import partial
 from typing import cast
 
-from bufferstand.drivers.simulated.imperfections.latency import Way
+from bufferstand.drivers.simulated.imperfections.latency import DelayedConnection
 from bufferstand.drivers.simulated.modbus_pdu import NOT_THERE, Responder
 from bufferstand.foundation.errors import BadInput
 
@@ -87,7 +87,7 @@ class _Connection(asyncio.Protocol):
         self._connections = connections
         self._transport: asyncio.Transport | None = None
         self._received = b""
-        self._coming, self._going = Way(responder.way_s), Way(responder.way_s)
+        self._coming, self._going = DelayedConnection(responder.way_s), DelayedConnection(responder.way_s)
 
     @property
     def is_open(self) -> bool:

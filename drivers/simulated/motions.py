@@ -50,7 +50,7 @@ class Motion:
         """Let samples pass at once, not more than ``still_samples()``."""
 
 
-class Hold(Motion):
+class HoldMotion(Motion):
     """Come to rest with a bounded deceleration, then stay.
 
     Parameters
@@ -92,7 +92,7 @@ class Hold(Motion):
         return FOREVER if self.end is not EndReason.NONE else 0
 
 
-class Ramp(Motion):
+class RampMotion(Motion):
     """Constant speed to a position.
 
     Parameters
@@ -122,7 +122,7 @@ class Ramp(Motion):
         return self.command_mm
 
 
-class Harmonic(Motion):
+class HarmonicMotion(Motion):
     """Sine about a mean: one cycle of growing amplitude in, ``cycles`` at full amplitude, one out.
 
     Mean and amplitude can be changed meanwhile (:meth:`adjust`): both go over in one cycle by half a cosine,
@@ -222,7 +222,7 @@ class Harmonic(Motion):
         return self.command_mm
 
 
-class Static(Motion):
+class StaticMotion(Motion):
     """Compress at constant speed to a force or a position, unload at once to zero, pause; ``cycles`` times.
 
     Parameters
@@ -301,7 +301,7 @@ class Static(Motion):
             self._pause_left = self._pause_samples
 
 
-class Release(Motion):
+class ReleaseMotion(Motion):
     """Retract to the piston's zero, and on until the force is gone.
 
     Parameters

@@ -34,7 +34,7 @@ class Link(Protocol):
         ...
 
 
-class Pace:
+class StandPace:
     """Stand time of a served stand.
 
     A real stand waits for nobody: a reader that is too slow loses samples. A stand that ``waits`` does so

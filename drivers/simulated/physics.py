@@ -198,7 +198,7 @@ class _Reach:
         return self._ways[after - 1] + share * (self._ways[after] - self._ways[after - 1])
 
 
-class Contact:
+class SpecimenAndFrame:
     """Specimen and elastic frame in series, with the ledger of the work done.
 
     One Newton step a sample, whose residual the next sample takes up. It contracts whenever

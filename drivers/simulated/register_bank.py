@@ -26,7 +26,7 @@ from bufferstand.drivers.profile import (
     SIMULATED_SIGN,
     STATUS,
     Profile,
-    Register,
+    ProfileRegister,
     Ring,
 )
 from bufferstand.drivers.registers import crc_of, encode_value, pack
@@ -34,7 +34,7 @@ from bufferstand.drivers.simulated.commands import Command
 from bufferstand.drivers.simulated.device import RATE_HZ, SimulatedDevice
 from bufferstand.drivers.simulated.faults import ScheduledFault, nearest
 from bufferstand.drivers.simulated.ring import COLUMNS
-from bufferstand.drivers.simulated.writer import Writer
+from bufferstand.drivers.simulated.writer import SingleWriterLock
 from bufferstand.foundation.errors import BadInput
 
 ILLEGAL_VALUE = 3
@@ -68,7 +68,7 @@ class RegisterBank:
         self._device = device
         self._now_s = now_s or (lambda: device.time_s)
         self._profile = profile
-        self._writer = Writer(device.wall_s)
+        self._writer = SingleWriterLock(device.wall_s)
         self._stuck: dict[str, float] = {}
         self._status = profile.span(STATUS)
         self._command = profile.span(COMMAND)
@@ -320,7 +320,7 @@ class RegisterBank:
         order = place.word_order or self._status.word_order
         words[place.offset :] = encode_value(crc_of(words[: place.offset]), place.kind, order)
 
-    def _raw_registers(self, table: Table) -> list[tuple[str, Register]]:
+    def _raw_registers(self, table: Table) -> list[tuple[str, ProfileRegister]]:
         return [(name, r) for name in self._raw if (r := self._profile.find(name)).table == table]
 
     def _latch_raw(self) -> None:

@@ -11,7 +11,7 @@ from bufferstand.drivers.ds2480b import rom_bytes
 from bufferstand.drivers.simulated.amplifier_devices import amplifier_device
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
-from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.faults_wire import FrameFaults
 from bufferstand.drivers.simulated.onewire import FAULT_STATES, OneWireBus, OneWireSensor
 from bufferstand.drivers.simulated.serial_pty import AmplifierPty
 from bufferstand.drivers.simulated.thermometer import CONVERSION_S, Thermometer
@@ -91,7 +91,7 @@ class SensorWires:
         port = file.amplifier_port() if folder is None else folder / "amplifier"
         if file.amplifier is not None and file.amplifier.modbus is None and port is not None:
             amplifier = amplifier_device(file.amplifier)
-            trouble = FrameTrouble(device.faults, "amplifier", lambda: device.time_s)
+            trouble = FrameFaults(device.faults, "amplifier", lambda: device.time_s)
             self._amplifier = AmplifierPty(
                 port.absolute(), device.frames, file.amplifier.rate_Hz, amplifier, trouble
             )

@@ -16,8 +16,8 @@ import numpy as np
 
 from bufferstand.drivers.simulated.amplifier_devices import Gsv2Device, WireDevice
 from bufferstand.drivers.simulated.amplifier_devices import encode_frames as encode_frames  # noqa: PLC0414 - of this wire
-from bufferstand.drivers.simulated.device import Frames
-from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.device import AmplifierValues
+from bufferstand.drivers.simulated.faults_wire import FrameFaults
 from bufferstand.foundation.errors import BadInput
 
 BUFFER = 4000
@@ -123,10 +123,10 @@ class AmplifierPty(SerialPty):
     def __init__(
         self,
         link: Path,
-        frames: deque[Frames],
+        frames: deque[AmplifierValues],
         rate_Hz: float,
         device: WireDevice | None = None,
-        trouble: FrameTrouble | None = None,
+        trouble: FrameFaults | None = None,
     ) -> None:
         super().__init__(link, "amplifier.port")
         self._frames = frames

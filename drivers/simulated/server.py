@@ -17,22 +17,23 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from bufferstand.drivers import stand_file as stands
 from bufferstand.drivers.simulated.build import demand_possible, make_device
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.faults_control import SOCKET, FaultControl
-from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.faults_wire import FrameFaults
 from bufferstand.drivers.simulated.modbus_amplifier import ModbusAmplifierWire
 from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.simulated.pace import Pace
+from bufferstand.drivers.simulated.pace import StandPace
 from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.simulated.sensor_wires import SensorWires
 from bufferstand.drivers.simulated.stand_clock import SHOWN, ShownTime
-from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.simulated.waiting import NAME, WIRES, WaitingSign
+from bufferstand.drivers.stand_file import Endpoints, StandFile
+from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import Clock, WallClock
 from bufferstand.foundation.errors import BadInput
 
@@ -94,9 +95,9 @@ class Served:
     amplifier_tcp_port: int | None = None
     time_file: str | None = None
 
-    def endpoints(self) -> stands.Endpoints:
+    def endpoints(self) -> Endpoints:
         """Return what :func:`bufferstand.drivers.stand_file.with_endpoints` needs to reach it."""
-        return stands.Endpoints(
+        return Endpoints(
             host=self.host,
             port=self.port,
             amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
@@ -109,7 +110,7 @@ class Served:
 
 
 @dataclass(frozen=True)
-class Options:
+class ServerOptions:
     """How a stand is served.
 
     Parameters
@@ -161,11 +162,11 @@ class StandServer:
         As :func:`bufferstand.drivers.simulated.build.make_device`.
     """
 
-    def __init__(self, stand_file: stands.StandFile, options: Options, clock: Clock) -> None:
+    def __init__(self, stand_file: StandFile, options: ServerOptions, clock: Clock) -> None:
         self._file = stand_file
         self._options = options
-        self._truth = None if options.truth is None else Truth()
-        self._pace = Pace(clock, options.speed, waits=options.wait_for_reader or options.speed > 1.0)
+        self._truth = None if options.truth is None else TruthLog()
+        self._pace = StandPace(clock, options.speed, waits=options.wait_for_reader or options.speed > 1.0)
         self.device: SimulatedDevice = make_device(
             stand_file,
             self._pace.lived_s,
@@ -177,7 +178,7 @@ class StandServer:
         profile = stand_file.profile()
         bank = RegisterBank(self.device, profile, self._pace.now_s)
         device_id = stand_file.controller.device_id
-        trouble = FrameTrouble(self.device.faults, "controller", lambda: self.device.time_s)
+        trouble = FrameFaults(self.device.faults, "controller", lambda: self.device.time_s)
         latency = self.device.latency
         responder = Responder(
             bank,
@@ -293,7 +294,7 @@ class StandServer:
         host = self._own(file.controller.host, "controller.host")
         return host, await self._modbus.start(host, port)
 
-    async def _serve_amplifier(self, ends: stands.Endpoints) -> stands.Endpoints:
+    async def _serve_amplifier(self, ends: Endpoints) -> Endpoints:
         """Open the wire of an amplifier with registers; return the sensors' ends with it."""
         wire, file, folder = self._amplifier, self._file, self._options.wires
         settings = None if file.amplifier is None else file.amplifier.modbus
@@ -413,7 +414,7 @@ class StandServer:
 
 def serve(
     stand_file: Path,
-    options: Options,
+    options: ServerOptions,
     *,
     ready: Callable[[Served], None],
     signals: Sequence[signal.Signals] = (signal.SIGINT, signal.SIGTERM),
@@ -436,7 +437,7 @@ def serve(
     """
     if not options.speed > 0.0:
         raise BadInput(f"a speed of {options.speed:g} is not possible", file="--speed", remedy="above 0")
-    file = stands.load_stand(stand_file)
+    file = load_stand(stand_file)
 
     async def main() -> None:
         server = StandServer(file, options, WallClock(options.speed))

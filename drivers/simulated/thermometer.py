@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from bufferstand.drivers.simulated.miswired.thermometer import WrongPlace
+from bufferstand.drivers.simulated.miswired.thermometer import MisplacedThermometer
 from bufferstand.drivers.stand_file import SensorSettings
 
 CONVERSION_S = 0.75
@@ -32,7 +32,7 @@ class Thermometer:
         settings: SensorSettings,
         noise_C: float,
         seed: np.random.SeedSequence,
-        place: WrongPlace | None = None,
+        place: MisplacedThermometer | None = None,
     ) -> None:
         self.settings = settings
         self.place = place

@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 _MERGE = 1000
 
 
-class Truth:
+class TruthLog:
     """A growing log of the true state."""
 
     def __init__(self) -> None:

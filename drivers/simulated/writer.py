@@ -8,7 +8,7 @@ HELD_S = 10.0
 """Wall time after the last heartbeat or claim at which the lock falls free [s]."""
 
 
-class Writer:
+class SingleWriterLock:
     """Register ``writer``: a number that nobody else can replace while it is held.
 
     Parameters

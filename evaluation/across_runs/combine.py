@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.facts.shared_errors import Owed
+from bufferstand.evaluation.facts.shared_errors import SharedContributions
 
 PROBABILITY = 0.95
 """Probability that a ``half_width_95`` covers."""
@@ -26,7 +26,7 @@ _NODES = 400
 
 
 @dataclass(frozen=True)
-class Figure:
+class RunFigure:
     """A figure of a run: its value, its standard uncertainty, and what of that other runs have, too.
 
     Without any of that all is the run's own.
@@ -34,7 +34,7 @@ class Figure:
 
     value: float
     u: float
-    shared: Owed = field(default_factory=Owed)
+    shared: SharedContributions = field(default_factory=SharedContributions)
 
     @property
     def own_u(self) -> float:
@@ -53,7 +53,7 @@ class Figures:
     """1 where a source is drawn from a rectangle, else 0, shape (S,)."""
 
     @classmethod
-    def of(cls, figures: Sequence[Figure]) -> Figures:
+    def of(cls, figures: Sequence[RunFigure]) -> Figures:
         """Return the figures of several runs, in their order."""
         sources = list(dict.fromkeys(source for figure in figures for source in figure.shared.by_source))
         rows = [[figure.shared.by_source.get(source, 0.0) for source in sources] for figure in figures]

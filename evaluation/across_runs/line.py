@@ -24,7 +24,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.combine import COVERAGE, Figure, Figures
+from bufferstand.evaluation.across_runs.combine import COVERAGE, Figures, RunFigure
 from bufferstand.evaluation.arrays import FloatArray
 
 _HALVINGS = 60
@@ -59,7 +59,7 @@ def coverage_factor(u: float, half_width_95: float) -> float:
 
 
 @dataclass(frozen=True)
-class Line:
+class FittedLine:
     """value = intercept + slope · x.
 
     Attributes
@@ -83,7 +83,7 @@ class Line:
     degrees_of_freedom: int
 
 
-def fit_line(x: Sequence[float], figures: Sequence[Figure]) -> Line:
+def fit_line(x: Sequence[float], figures: Sequence[RunFigure]) -> FittedLine:
     """Fit a straight line.
 
     Parameters
@@ -124,7 +124,7 @@ def fit_line(x: Sequence[float], figures: Sequence[Figure]) -> Line:
         return Uncertain(value, math.hypot(shared.u, seen), shared.half_width_95_with(seen, free))
 
     line = [figure(mean + (place - centre) * slope) for place in at.tolist()]
-    return Line(
+    return FittedLine(
         slope=figure(slope),
         intercept=figure(mean - centre * slope),
         band=tuple(one.half_width_95 for one in line),

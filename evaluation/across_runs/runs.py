@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bufferstand.evaluation.across_runs.combine import Figure
+from bufferstand.evaluation.across_runs.combine import RunFigure
 from bufferstand.evaluation.across_runs.identity import weakest
 from bufferstand.evaluation.document_types import Basis
-from bufferstand.evaluation.facts.shared_errors import Owed
+from bufferstand.evaluation.facts.shared_errors import SharedContributions
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.uncertainty import COVERAGE
 
@@ -17,13 +17,13 @@ _ASSUMED = (
 )
 
 
-def figure_of(run: RunEvaluation, quantity: str) -> Figure | None:
+def figure_of(run: RunEvaluation, quantity: str) -> RunFigure | None:
     """Return a mean of a run with its standard uncertainty and what of it is shared; None without either."""
     measured = run.summary.values.get(quantity)
     if measured is None or measured.value is None or measured.expanded_uncertainty is None:
         return None
-    shared = Owed() if run.shared_errors is None else run.shared_errors.of(quantity)
-    return Figure(measured.value, measured.expanded_uncertainty / COVERAGE, shared)
+    shared = SharedContributions() if run.shared_errors is None else run.shared_errors.of(quantity)
+    return RunFigure(measured.value, measured.expanded_uncertainty / COVERAGE, shared)
 
 
 def assumption(basis: Basis) -> tuple[str, ...]:

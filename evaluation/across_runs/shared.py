@@ -16,7 +16,13 @@ import numpy as np
 from bufferstand.evaluation.across_runs.identity import weakest
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import Draws, mean_of_wires
-from bufferstand.evaluation.facts.shared_errors import Chain, Distribution, SharedErrors, Source, Weighted
+from bufferstand.evaluation.facts.shared_errors import (
+    Distribution,
+    ErrorSource,
+    MeasuringChain,
+    SharedErrors,
+    WeightedSource,
+)
 
 _DIGITS = 6
 """Contributions are kept to so many digits: what cancels between runs is right to a millionth."""
@@ -35,7 +41,7 @@ class Regression:
         As drawn for it.
     """
 
-    def __init__(self, chain: Chain, draws: Draws) -> None:
+    def __init__(self, chain: MeasuringChain, draws: Draws) -> None:
         drawn = draws.errors()
         self._sources = tuple(_sources(chain, [n for n, values in drawn.items() if np.ptp(values) > 0.0]))
         self._names = tuple(dict.fromkeys(weighted.source.error for weighted in self._sources))
@@ -59,7 +65,7 @@ class Regression:
         return SharedErrors(self._basis, self._names, self._sources, contributions)
 
 
-def _sources(chain: Chain, errors: Sequence[str]) -> list[Weighted]:
+def _sources(chain: MeasuringChain, errors: Sequence[str]) -> list[WeightedSource]:
     """Return the instruments behind each error that is not nothing."""
     stroke = mean_of_wires(chain.wires)
     assert stroke is not None
@@ -87,14 +93,18 @@ def _sources(chain: Chain, errors: Sequence[str]) -> list[Weighted]:
     return found
 
 
-def _one(error: str, instrument: str) -> Weighted:
-    return Weighted(Source(error, instrument, "rectangular"), 1.0)
+def _one(error: str, instrument: str) -> WeightedSource:
+    return WeightedSource(ErrorSource(error, instrument, "rectangular"), 1.0)
 
 
 def _several(
     error: str, distribution: Distribution, instruments: Sequence[str], u: Sequence[float]
-) -> list[Weighted]:
+) -> list[WeightedSource]:
     """Return the parts that several instruments have in an error; nothing of those that have none."""
     whole = math.hypot(*u)
     parts = zip(instruments, u, strict=True)
-    return [Weighted(Source(error, text, distribution), own / whole) for text, own in parts if own > 0.0]
+    return [
+        WeightedSource(ErrorSource(error, text, distribution), own / whole)
+        for text, own in parts
+        if own > 0.0
+    ]

@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from bufferstand.evaluation.archive.kept import KeptRun, Wanted
+from bufferstand.evaluation.archive.kept import RequestedParts, StoredRun
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.names import readable
 from bufferstand.recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum
@@ -105,7 +105,7 @@ class Cache:
                 return row is not None
         return False
 
-    def find(self, path: str, content: str, wanted: Wanted) -> KeptRun | None:
+    def find(self, path: str, content: str, wanted: RequestedParts) -> StoredRun | None:
         """Return the result for a content, under a path; None where there is none, or it is damaged."""
         with self._file.guarded() as connection:
             if connection is None:
@@ -122,10 +122,10 @@ class Cache:
             if stated == check_sum(text, cycles, loop, rows) and (
                 not wanted.entries or entry_stated == check_sum(entry)
             ):
-                return KeptRun(readable(path), text, cycles, loop, entry, rows).with_only(wanted)
+                return StoredRun(readable(path), text, cycles, loop, entry, rows).with_only(wanted)
         return None
 
-    def remember(self, results: Sequence[tuple[Path, Stamp | None, KeptRun]]) -> None:
+    def remember(self, results: Sequence[tuple[Path, Stamp | None, StoredRun]]) -> None:
         """Keep results, each with the stamp that its file had before it was read."""
         with self._file.guarded() as connection:
             if connection is None:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bufferstand.evaluation.archive.identity import THREADS, Settings, place, software
+from bufferstand.evaluation.archive.identity import THREADS, EvaluationSettings, place, software
 from bufferstand.evaluation.archive.local import DIED
 from bufferstand.evaluation.archive.work import (
     File,
@@ -47,7 +47,7 @@ _MOST_STARTS = 3
 
 
 @dataclass(frozen=True)
-class Cluster:
+class ClusterWorkers:
     """A Dask cluster.
 
     Attributes
@@ -77,7 +77,7 @@ class Cluster:
                 remedy="install it (pip install 'bufferstand[archive]')",
             )
 
-    def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+    def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
         """Evaluate files and yield what became of each, in the order in which they are done.
 
         Raises
@@ -108,7 +108,7 @@ def _renamed(outcome: Outcome, path: str) -> Outcome:
     return replace(outcome, path=path, run=run)
 
 
-def _worked_off(session: _Session, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+def _worked_off(session: _Session, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
     suspects: list[File] = []
     for batch, outcomes in session.results(batches(files, session.threads()), settings):
         if outcomes is None:
@@ -124,7 +124,7 @@ def _worked_off(session: _Session, files: Sequence[File], settings: Settings) ->
 class _Session:
     """A connection to a scheduler that is made again when it is lost."""
 
-    def __init__(self, cluster: Cluster, sample: str) -> None:
+    def __init__(self, cluster: ClusterWorkers, sample: str) -> None:
         self._address, self._lost_s, self._sample = cluster.address, cluster.lost_s, sample
         self._warn = cluster.warn
         self._client: Any = None
@@ -225,7 +225,7 @@ class _Session:
         return answers
 
     def results(
-        self, tasks: Sequence[list[File]], settings: Settings
+        self, tasks: Sequence[list[File]], settings: EvaluationSettings
     ) -> Iterator[tuple[list[File], list[Outcome] | None]]:
         """Yield each task with its outcomes, None where its worker died of it (or of one beside it)."""
         waiting = list(tasks)

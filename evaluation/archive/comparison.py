@@ -18,9 +18,9 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.differences import UncertainValue, difference
 from bufferstand.evaluation.document import SCHEMA
-from bufferstand.evaluation.facts.shared_errors import Owed, SharedErrors, shared_of
+from bufferstand.evaluation.facts.shared_errors import SharedContributions, SharedErrors, shared_of
 from bufferstand.evaluation.table import version_text
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings import read_text
@@ -167,7 +167,7 @@ class VerdictChange:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class EvaluationComparison:
     """Two evaluations, run by run.
 
     Attributes
@@ -226,7 +226,7 @@ def _no_constant(name: str) -> float:
 
 def compare_evaluations(
     old: Mapping[str, Any], new: Mapping[str, Any], *, cycles: bool = False
-) -> Comparison:
+) -> EvaluationComparison:
     """Compare two evaluation documents.
 
     Parameters
@@ -239,7 +239,7 @@ def compare_evaluations(
     pairs, only_old = _paired(old["runs"], new["runs"])
     both = [(a, b) for a, b in pairs if a is not None]
     moves = [move for a, b in both for move in _moves(a, b, cycles=cycles)]
-    return Comparison(
+    return EvaluationComparison(
         changed=_made_with(old, new),
         compared=len(both),
         other_recordings=tuple(_id(b) for a, b in both if not _same_content(a, b)),
@@ -363,18 +363,18 @@ def _cycle_moves(old: Entry, new: Entry, *, same_content: bool) -> Iterator[Move
         limits = [cycle.get("expanded_uncertainty") or {} for cycle in two]
         for name in dict.fromkeys((*figures[0], *figures[1])):
             one, other = (
-                None if (value := own.get(name)) is None else Value(value, U.get(name))
+                None if (value := own.get(name)) is None else UncertainValue(value, U.get(name))
                 for own, U in zip(figures, limits, strict=True)
             )
             yield from _moved(_id(new), name, index, one, other, same_content=same_content)
 
 
-def _value(figure: Mapping[str, Any] | None, errors: SharedErrors | None, name: str) -> Value | None:
+def _value(figure: Mapping[str, Any] | None, errors: SharedErrors | None, name: str) -> UncertainValue | None:
     """Return a mean with its uncertainty and what of it is shared; None where there is none."""
     if figure is None or figure.get("value") is None:
         return None
-    shared = Owed() if errors is None else errors.of(name)
-    return Value(figure["value"], figure.get("expanded_uncertainty"), shared)
+    shared = SharedContributions() if errors is None else errors.of(name)
+    return UncertainValue(figure["value"], figure.get("expanded_uncertainty"), shared)
 
 
 def _figures(cycle: Mapping[str, Any]) -> dict[str, float | None]:
@@ -388,7 +388,13 @@ def _figures(cycle: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def _moved(
-    run: str, quantity: str, cycle: int | None, old: Value | None, new: Value | None, *, same_content: bool
+    run: str,
+    quantity: str,
+    cycle: int | None,
+    old: UncertainValue | None,
+    new: UncertainValue | None,
+    *,
+    same_content: bool,
 ) -> Iterator[Move]:
     if old is None or new is None:
         if old is not new:

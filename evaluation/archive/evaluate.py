@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from bufferstand.evaluation.archive.cache import Cache
-from bufferstand.evaluation.archive.identity import Settings, Software, settings_entry, software
-from bufferstand.evaluation.archive.kept import KeptRun, Wanted
+from bufferstand.evaluation.archive.identity import EvaluationSettings, Software, settings_entry, software
+from bufferstand.evaluation.archive.kept import RequestedParts, StoredRun
 from bufferstand.evaluation.archive.work import File, Outcome
 from bufferstand.evaluation.conformity.purposes import Decided, decide_purposes
 from bufferstand.evaluation.copies import Copy, each_once
@@ -18,7 +18,7 @@ from bufferstand.evaluation.document import SCHEMA, what_runs_say_together
 from bufferstand.foundation.names import readable
 from bufferstand.recording.cachefile import Stamp, stamp_of
 
-_EVERYTHING = Wanted()
+_EVERYTHING = RequestedParts()
 _KEEP_EVERY = 50
 """Results are kept this many at a time: what is lost if the evaluation is killed."""
 
@@ -26,7 +26,7 @@ _KEEP_EVERY = 50
 class Workers(Protocol):
     """Who evaluates: the cores of this machine, or a cluster."""
 
-    def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+    def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
         """Evaluate files and yield what became of each, in any order, under the path it was given."""
         ...
 
@@ -42,7 +42,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Progress:
+class ArchiveProgress:
     """How far an evaluation is."""
 
     done: int
@@ -72,9 +72,9 @@ class ArchiveEvaluation:
         What is to be said of copies.
     """
 
-    runs: tuple[KeptRun, ...]
+    runs: tuple[StoredRun, ...]
     failures: tuple[Failure, ...]
-    settings: Settings
+    settings: EvaluationSettings
     software: Software
     reused: int = 0
     conformity: tuple[str, ...] = ()
@@ -127,13 +127,13 @@ class ArchiveEvaluation:
 
 def evaluate_archive(
     files: Sequence[Path],
-    settings: Settings,
+    settings: EvaluationSettings,
     workers: Workers,
     cache: Cache | None = None,
     *,
-    wanted: Wanted = _EVERYTHING,
+    wanted: RequestedParts = _EVERYTHING,
     conformity: Sequence[str] = (),
-    report: Callable[[Progress], None] = lambda _: None,
+    report: Callable[[ArchiveProgress], None] = lambda _: None,
 ) -> ArchiveEvaluation:
     """Evaluate run files.
 
@@ -142,8 +142,8 @@ def evaluate_archive(
     files : sequence of Path
     settings : Settings
     workers : Workers
-        :class:`bufferstand.evaluation.archive.local.Local` or
-        :class:`bufferstand.evaluation.archive.cluster.Cluster`.
+        :class:`bufferstand.evaluation.archive.local.LocalWorkers` or
+        :class:`bufferstand.evaluation.archive.cluster.ClusterWorkers`.
     cache : Cache, optional
         What is known already; without one everything is evaluated.
     wanted : Wanted
@@ -170,7 +170,7 @@ def evaluate_archive(
     reused = len(found)
 
     def tell() -> None:
-        report(Progress(len(found) + len(failed), len(files), reused, len(failed)))
+        report(ArchiveProgress(len(found) + len(failed), len(files), reused, len(failed)))
 
     left = []
     for path in files:
@@ -208,8 +208,8 @@ def evaluate_archive(
 
 
 def _known(
-    stamps: Sequence[tuple[Path, Stamp | None]], cache: Cache | None, wanted: Wanted
-) -> dict[str, KeptRun]:
+    stamps: Sequence[tuple[Path, Stamp | None]], cache: Cache | None, wanted: RequestedParts
+) -> dict[str, StoredRun]:
     if cache is None:
         return {}
     contents = cache.known_contents(stamps)
@@ -228,9 +228,9 @@ class _Kept:
         self._cache = cache
         self.stamps = stamps
         """Taken before anything is read: a file that changes meanwhile will not have its stamp any more."""
-        self._results: list[tuple[Path, Stamp | None, KeptRun]] = []
+        self._results: list[tuple[Path, Stamp | None, StoredRun]] = []
 
-    def add(self, path: str, run: KeptRun) -> None:
+    def add(self, path: str, run: StoredRun) -> None:
         """Take a result."""
         if self._cache is None:
             return

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
-from bufferstand.evaluation.archive.kept import KeptRun
+from bufferstand.evaluation.archive.kept import StoredRun
 from bufferstand.evaluation.conformity.purposes import Purpose
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.results import EXTREME_NAMES
 from bufferstand.recording.index import PLANNED, RECORDED
-from bufferstand.recording.query import Field
+from bufferstand.recording.query import QueryField
 
 _UNIT = re.compile(r"_(mm_per_s|kN_per_mm|mm|kN|Hz|J|C)$")
 
@@ -31,18 +31,18 @@ RESULTS = ("verdict", "purpose", *EXTREME_NAMES, *(_mean_name(name) for name in 
 _TEXTS = ("verdict", "purpose")
 
 
-def _fields() -> dict[str, Field]:
-    fields = {**RECORDED, **{n: Field(n, "text" if n in _TEXTS else "number") for n in RESULTS}}
+def _fields() -> dict[str, QueryField]:
+    fields = {**RECORDED, **{n: QueryField(n, "text" if n in _TEXTS else "number") for n in RESULTS}}
     for name, field in list(fields.items()):
         fields.setdefault(_UNIT.sub("", name), field)  # prestress for prestress_mm
     return fields
 
 
-FIELDS: Mapping[str, Field] = _fields()
+FIELDS: Mapping[str, QueryField] = _fields()
 """Every name that a query may use; those with a unit also without it."""
 
 
-def result_facts(run: KeptRun, purpose: Purpose | None = None) -> list[dict[str, Any]]:
+def result_facts(run: StoredRun, purpose: Purpose | None = None) -> list[dict[str, Any]]:
     """Return what its evaluation says of a run, by the names in :data:`RESULTS`.
 
     One set of facts. Of a run with several steps one each, and ``part`` is the number of the step then (else

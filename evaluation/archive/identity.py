@@ -28,7 +28,7 @@ THREADS = "OPENBLAS_NUM_THREADS"
 
 
 @dataclass(frozen=True)
-class Settings:
+class EvaluationSettings:
     """How runs are evaluated: options and limit set."""
 
     options: Options = field(default_factory=Options)
@@ -54,11 +54,11 @@ def settings_entry(content: Mapping[str, Any], named: Sequence[str]) -> dict[str
     Parameters
     ----------
     content : mapping
-        :attr:`Settings.content`, or ``settings`` of a document.
+        :attr:`EvaluationSettings.content`, or ``settings`` of a document.
     named : sequence of str
         Ids of the runs that the user named as conformity tests. They change no figure of any run, so that the
         cache does not hang on them; but purposes and statements do. Without any the hash is that of
-        :class:`Settings`.
+        :class:`EvaluationSettings`.
     """
     whole = {key: value for key, value in content.items() if key not in ("sha256", "conformity")}
     if named:
@@ -124,7 +124,7 @@ def _code_hash() -> str:
 
 
 @dataclass(frozen=True)
-class Place:
+class EvaluatingProcess:
     """A process that evaluates: its software, its processor's vector instructions, its threads."""
 
     software: Software
@@ -132,7 +132,7 @@ class Place:
     one_thread: bool
 
 
-def place() -> Place:
+def place() -> EvaluatingProcess:
     """Return the facts of this process on which the last bit hangs."""
     flags: set[str] = set()
     try:
@@ -143,4 +143,4 @@ def place() -> Place:
     except OSError:
         pass  # nothing is known of the processor then; its architecture is
     known = tuple(sorted(flags & {"avx", "avx2", "fma", "avx512f", "asimd", "sve"}))
-    return Place(software(), (platform.machine(), *known), os.environ.get(THREADS) == "1")
+    return EvaluatingProcess(software(), (platform.machine(), *known), os.environ.get(THREADS) == "1")

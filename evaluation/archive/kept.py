@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.conformity.candidates import candidate_of
 from bufferstand.evaluation.conformity.purposes import Candidate, Purpose
-from bufferstand.evaluation.copies import Recording
+from bufferstand.evaluation.copies import RecordingIdentity
 from bufferstand.evaluation.document import LIGHT, run_entry
 from bufferstand.evaluation.facts.mean_loop import MeanLoop
 from bufferstand.evaluation.facts.run_facts import RunFacts
@@ -35,7 +35,7 @@ _QUICK = 1
 
 
 @dataclass(frozen=True)
-class Wanted:
+class RequestedParts:
     """What will be asked for beyond facts, means and numbers: entries of the document, rows as CSV."""
 
     entries: bool = True
@@ -43,7 +43,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class KeptRun:
+class StoredRun:
     """One run.
 
     Attributes
@@ -84,11 +84,11 @@ class KeptRun:
         return Candidate(**{**self.facts["candidate"], "path": self.path})
 
     @property
-    def recording(self) -> Recording:
+    def recording(self) -> RecordingIdentity:
         """By what its recording is known again in another file."""
         facts = self.facts
         started = None if facts["started"] is None else datetime.fromisoformat(facts["started"])
-        return Recording(
+        return RecordingIdentity(
             self.path, facts["id"], facts["sha256"], facts["samples_sha256"], facts["campaign"], started
         )
 
@@ -97,7 +97,7 @@ class KeptRun:
         """Numbers of the table of cycles, shape (C, len(NUMBERS))."""
         return np.frombuffer(self.cycles, dtype="<f8").reshape(-1, len(NUMBERS))
 
-    def with_only(self, wanted: Wanted) -> KeptRun:
+    def with_only(self, wanted: RequestedParts) -> StoredRun:
         """Return the run without what nobody will ask for: the larger part."""
         return replace(
             self, entry=self.entry if wanted.entries else b"", rows=self.rows if wanted.rows else ""
@@ -147,7 +147,7 @@ class KeptRun:
         )
 
 
-def keep(run: RunEvaluation) -> KeptRun:
+def keep(run: RunEvaluation) -> StoredRun:
     """Return a run in the form in which it is kept."""
     entry = run_entry(run)
     of_run = {key: value for key, value in entry["run"].items() if key != "path"}
@@ -158,7 +158,7 @@ def keep(run: RunEvaluation) -> KeptRun:
         np.stack((loop.stroke_mm, loop.loading_kN, loop.unloading_kN)).tobytes() for loop in loops if loop
     )
     numbers = cycle_numbers(entry)
-    return KeptRun(
+    return StoredRun(
         path=run.facts.path,
         text=_json(_facts(entry, run)).decode(),
         cycles=numbers.tobytes(),

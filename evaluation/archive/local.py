@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait as wait_for_end
 
-from bufferstand.evaluation.archive.identity import THREADS, Settings, software
+from bufferstand.evaluation.archive.identity import THREADS, EvaluationSettings, software
 from bufferstand.evaluation.archive.work import File, Outcome, batches, evaluate_batch
 
 DIED = "the process that evaluated it died: out of memory, or a library crashed on what is in it"
@@ -33,7 +33,7 @@ def usable_cores() -> int:
 
 
 @dataclass(frozen=True)
-class Local:
+class LocalWorkers:
     """This machine.
 
     Attributes
@@ -44,7 +44,7 @@ class Local:
 
     jobs: int | None = None
 
-    def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+    def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
         """Evaluate files and yield what became of each, in the order in which they are done."""
         here = len(files) <= _HERE_FILES and sum(file.size for file in files) <= _HERE_BYTES
         jobs = min(self.jobs or usable_cores(), len(files))
@@ -60,7 +60,7 @@ class Local:
 
 
 def _in_pool(
-    waiting: list[list[File]], suspects: list[File], settings: Settings, jobs: int
+    waiting: list[list[File]], suspects: list[File], settings: EvaluationSettings, jobs: int
 ) -> Iterator[Outcome]:
     """Work off the tasks that wait; if a process dies, leave the rest, and what was at hand as suspect."""
     with _pool(jobs) as pool:
@@ -86,7 +86,7 @@ def _in_pool(
                 return
 
 
-def _one_by_one(files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+def _one_by_one(files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
     """Evaluate each file with a process to itself: if that dies, the file is the reason."""
     left = list(files)
     while left:
@@ -117,7 +117,9 @@ def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(cancel_futures=True)
 
 
-def _submitted(pool: ProcessPoolExecutor, batch: Sequence[File], settings: Settings) -> Future[list[Outcome]]:
+def _submitted(
+    pool: ProcessPoolExecutor, batch: Sequence[File], settings: EvaluationSettings
+) -> Future[list[Outcome]]:
     """Hand out a task, which may start a process, while signals wait: none finds it half started.
 
     A process inherits which signals wait. So an interrupt from the terminal, which goes to all processes,

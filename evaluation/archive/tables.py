@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
-from bufferstand.evaluation.archive.kept import KeptRun
+from bufferstand.evaluation.archive.kept import StoredRun
 from bufferstand.evaluation.conformity.purposes import Purpose
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.results import EXTREME_NAMES
@@ -102,7 +102,7 @@ RUN_COLUMNS = (
 )
 
 
-def _identity(run: KeptRun) -> dict[str, Any]:
+def _identity(run: StoredRun) -> dict[str, Any]:
     facts = run.facts
     return {
         "run": facts["id"],
@@ -124,14 +124,14 @@ def _means(part: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _step_rows(run: KeptRun) -> list[dict[str, Any]]:
+def _step_rows(run: StoredRun) -> list[dict[str, Any]]:
     return [
         {**_identity(run), "part": step["index"], "cycles": len(step["cycles"]), **_means(step)}
         for step in run.facts["steps"]
     ]
 
 
-def _run_row(run: KeptRun, purpose: Purpose) -> dict[str, Any]:
+def _run_row(run: StoredRun, purpose: Purpose) -> dict[str, Any]:
     facts = run.facts
     judged = facts["requirements"]
     return {

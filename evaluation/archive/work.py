@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bufferstand.evaluation.archive.identity import Settings, Software, software
-from bufferstand.evaluation.archive.kept import KeptRun, keep
+from bufferstand.evaluation.archive.identity import EvaluationSettings, Software, software
+from bufferstand.evaluation.archive.kept import StoredRun, keep
 from bufferstand.evaluation.collecting import collecting_later
 from bufferstand.evaluation.document import evaluate_file
 from bufferstand.foundation.errors import BadInput
@@ -49,7 +49,7 @@ class Outcome:
     """What became of a file: a result, or the reason why there is none."""
 
     path: str
-    run: KeptRun | None
+    run: StoredRun | None
     problem: str = ""
     lost: bool = False
     """Whether the process that evaluated it died of it."""
@@ -98,7 +98,7 @@ def difference_of(file: File) -> str:
     return "sees another file under this path" if seen else "sees no such file, or may not read it"
 
 
-def evaluate_batch(files: Sequence[File], settings: Settings, asked: Software) -> list[Outcome]:
+def evaluate_batch(files: Sequence[File], settings: EvaluationSettings, asked: Software) -> list[Outcome]:
     """Evaluate files one after the other; what is wrong with one is its outcome and does not stop the rest.
 
     Parameters
@@ -123,7 +123,7 @@ def evaluate_batch(files: Sequence[File], settings: Settings, asked: Software) -
     return [_evaluate(file.path, settings) for file in files]
 
 
-def _evaluate(path: str, settings: Settings) -> Outcome:
+def _evaluate(path: str, settings: EvaluationSettings) -> Outcome:
     try:
         with collecting_later():
             return Outcome(path, keep(evaluate_file(Path(path), settings.options, settings.limit_set)))

@@ -12,7 +12,7 @@ _FEWEST = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Between:
+class InterpolationLimits:
     """What may lie between the readings of a force that was brought to other instants.
 
     Attributes

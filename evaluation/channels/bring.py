@@ -27,7 +27,7 @@ _LEAST_HALVED = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Brought:
+class Resampled:
     """A channel at other instants.
 
     Attributes
@@ -77,7 +77,7 @@ def as_taken(at_s: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArra
     return usable(at_s if understood is None else understood.time_s, value)
 
 
-def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
+def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Resampled:
     """Return a channel at other instants, by cubic splines over each stretch without a hole.
 
     Parameters
@@ -91,7 +91,7 @@ def bring(at_s: FloatArray, value: FloatArray, wanted_s: FloatArray) -> Brought:
     Brought
         Beyond its ends, a stretch reaches by no more than 1.5 steps of the faster one of both.
     """
-    brought = Brought(np.full(wanted_s.size, np.nan), np.zeros((2, wanted_s.size)))
+    brought = Resampled(np.full(wanted_s.size, np.nan), np.zeros((2, wanted_s.size)))
     if at_s.size < _LEAST or not wanted_s.size:
         return brought
     reach_s = LONG * min(usual_step_s(at_s), usual_step_s(wanted_s))

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.channels.between import InterpolationLimits
 from bufferstand.evaluation.channels.bring import as_taken, bring, same_instants, usable, usual_step_s
-from bufferstand.evaluation.channels.rates import Rates, Readings, Seen, within
+from bufferstand.evaluation.channels.rates import ChannelReadings, IntervalCounts, Rates, within
 from bufferstand.evaluation.channels.rows import Rows, readings_of, without_blanks
 from bufferstand.evaluation.extremes.peaks import peaks_of
 from bufferstand.evaluation.record import Ends
@@ -24,7 +24,7 @@ _STEPS_LEFT = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Joined:
+class JoinedChannels:
     """Columns of a run at the instants of its stroke, and what a user must know.
 
     Attributes
@@ -47,7 +47,7 @@ class Joined:
     force_kN: FloatArray
     wire_difference_mm: FloatArray | None
     speed_mm_per_s: FloatArray | None
-    between: Between | None
+    between: InterpolationLimits | None
     problems: tuple[str, ...] = ()
     clock_s: float = 0.0
     ends: Mapping[str, Ends] = field(default_factory=dict)
@@ -87,7 +87,7 @@ def are_apart(run: Run, wires: Sequence[str]) -> bool:
     return not readings_of(series[0].time_s, [each.value for each in series]).are_all
 
 
-def joined(run: Run, wires: Sequence[str]) -> Joined:
+def joined(run: Run, wires: Sequence[str]) -> JoinedChannels:
     """Return the columns of an imported run at the instants at which its stroke was read.
 
     Parameters
@@ -107,7 +107,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
     if len(wires) > 1:
         two = _at(readings[wires[1]], base.time_s)
         stroke, difference = 0.5 * (base.value + two), base.value - two
-    force, between, problems = _force_at(run, readings["force"], Readings(base.time_s, stroke))
+    force, between, problems = _force_at(run, readings["force"], ChannelReadings(base.time_s, stroke))
     speed = _at(readings["speed"], base.time_s) if "speed" in readings else None
     apart = not same_instants(readings["force"].time_s, base.time_s)
     common = _common(base.time_s, force) if apart else slice(0, base.time_s.size)
@@ -117,7 +117,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         problems.append(
             f"stroke and force are both on record from {begin:.6g} to {end:.6g} s only: the rest is left out"
         )
-    return Joined(
+    return JoinedChannels(
         base.time_s[common],
         stroke[common],
         force[common],
@@ -126,7 +126,7 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
         between,
         tuple(problems),
         clock_s,
-        _ends(readings, Readings(base.time_s, stroke), wires),
+        _ends(readings, ChannelReadings(base.time_s, stroke), wires),
         {
             name: as_taken(*readings[name])
             for name in (*wires, "force")
@@ -135,14 +135,16 @@ def joined(run: Run, wires: Sequence[str]) -> Joined:
     )
 
 
-def _ends(readings: Mapping[str, Readings], stroke: Readings, wires: Sequence[str]) -> dict[str, Ends]:
+def _ends(
+    readings: Mapping[str, ChannelReadings], stroke: ChannelReadings, wires: Sequence[str]
+) -> dict[str, Ends]:
     columns = {name: each for name, each in readings.items() if len(wires) > 1 or name not in wires}
     columns["stroke"] = stroke
     found = {name: peaks_of(each.time_s, each.value) for name, each in columns.items()}
     return {name: ends for name, ends in found.items() if ends is not None}
 
 
-def _readings(run: Run, names: Sequence[str]) -> tuple[dict[str, Readings], float]:
+def _readings(run: Run, names: Sequence[str]) -> tuple[dict[str, ChannelReadings], float]:
     """Return the readings of each channel, in its inside unit, without blanks, each row once; and the step of
     the clock whose stamps they share, if they do.
     """
@@ -157,21 +159,23 @@ def _readings(run: Run, names: Sequence[str]) -> tuple[dict[str, Readings], floa
         own_rows = rows[streams[name]]
         quantity = name.split("_", maxsplit=1)[0]
         value = to_inside(own_rows.of(each.value), quantity, each.unit)
-        found[name] = Readings(*without_blanks(own_rows.time_s(each.time_s), value))
+        found[name] = ChannelReadings(*without_blanks(own_rows.time_s(each.time_s), value))
     return found, max((own.clock_s for own in rows.values()), default=0.0)
 
 
-def _at(own: Readings, time_s: FloatArray) -> FloatArray:
+def _at(own: ChannelReadings, time_s: FloatArray) -> FloatArray:
     if same_instants(own.time_s, time_s):
         return own.value
     return bring(*usable(*own), time_s).value
 
 
-def _force_at(run: Run, force: Readings, stroke: Readings) -> tuple[FloatArray, Between | None, list[str]]:
+def _force_at(
+    run: Run, force: ChannelReadings, stroke: ChannelReadings
+) -> tuple[FloatArray, InterpolationLimits | None, list[str]]:
     """Return the force at the instants of the stroke, NaN where one of them is read too seldom."""
     if same_instants(force.time_s, stroke.time_s):
         return force.value, None, []
-    force, known = Readings(*usable(*force)), Readings(*usable(*stroke))
+    force, known = ChannelReadings(*usable(*force)), ChannelReadings(*usable(*stroke))
     brought = bring(*force, stroke.time_s)
     value = brought.value
     rates = Rates.of(usual_step_s(known.time_s), usual_step_s(force.time_s), known.value, force.value)
@@ -179,12 +183,14 @@ def _force_at(run: Run, force: Readings, stroke: Readings) -> tuple[FloatArray, 
     between = None
     if rates.slow != "stroke":
         step_s = usual_step_s(force.time_s)
-        between = Between(step_s, stroke.time_s[there], brought.halved[:, there], noise_sigma(force.value))
+        between = InterpolationLimits(
+            step_s, stroke.time_s[there], brought.halved[:, there], noise_sigma(force.value)
+        )
     coarse = rates.too_coarse(known, force)
     if coarse is None or not coarse.any():
         return value, between, []
     slow = force if rates.slow == "force" else known
-    seen = Seen()
+    seen = IntervalCounts()
     seen.look(slow.time_s, coarse)
     if coarse.all():
         raise BadInput(seen.text(rates), file=run.path, place=f"channel {rates.slow}", remedy=rates.remedy)

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.channels.between import InterpolationLimits
 from bufferstand.evaluation.channels.bring import bring, usable, usual_step_s
 from bufferstand.evaluation.channels.joined import channels_of
-from bufferstand.evaluation.channels.rates import Rates, Readings, Seen, within
+from bufferstand.evaluation.channels.rates import ChannelReadings, IntervalCounts, Rates, within
 from bufferstand.evaluation.reversals import noise_sigma
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.ranks import median
@@ -36,13 +36,13 @@ class Feed:
         self._blocks = run.blocks([channel], rows)
         self._channel = channel
         self._quantity = channel.split("_", maxsplit=1)[0]
-        self._kept = Readings(np.zeros(0), np.zeros(0))
+        self._kept = ChannelReadings(np.zeros(0), np.zeros(0))
         self.first_s = -np.inf
         """Its first reading, as soon as one was read."""
         self.last_s = np.inf
         """Its last reading, as soon as that was read."""
 
-    def about(self, from_s: float, to_s: float) -> Readings:
+    def about(self, from_s: float, to_s: float) -> ChannelReadings:
         """Return the readings from 64 before a stretch to 64 behind it; stretches come in order of time.
 
         Raises
@@ -55,16 +55,16 @@ class Feed:
         while behind <= _MARGIN and (block := next(self._blocks, None)) is not None:
             series = block[self._channel]
             value = to_inside(series.value, self._quantity, series.unit)
-            own = Readings(*usable(series.time_s, value))
+            own = ChannelReadings(*usable(series.time_s, value))
             kept.append(own)
             behind += int(np.count_nonzero(own.time_s > to_s))
-        joined = Readings(*usable(*(np.concatenate(column) for column in zip(*kept, strict=True))))
+        joined = ChannelReadings(*usable(*(np.concatenate(column) for column in zip(*kept, strict=True))))
         if not np.isfinite(self.first_s) and joined.time_s.size:
             self.first_s = float(joined.time_s[0])
         if behind <= _MARGIN:
             self.last_s = float(joined.time_s[-1]) if joined.time_s.size else -np.inf
         first = max(0, int(np.searchsorted(joined.time_s, from_s)) - _MARGIN)
-        self._kept = Readings(joined.time_s[first:], joined.value[first:])
+        self._kept = ChannelReadings(joined.time_s[first:], joined.value[first:])
         return self._kept
 
 
@@ -82,7 +82,7 @@ class Pieces:
     def __init__(self, run: Run, wires: Sequence[str], rows: int) -> None:
         self._run, self._wires, self._rows = run, wires, rows
         self._rates = self._compared()
-        self._seen = Seen()
+        self._seen = IntervalCounts()
 
     def columns(self) -> Iterator[FloatArray]:
         """Return time, stroke, force, where there are, wire difference and speed; shape (columns, rows).
@@ -124,11 +124,11 @@ class Pieces:
             out &= ~np.isfinite(force)
             yield piece[:, ~out] if out.any() else piece
 
-    def between(self, time_s: FloatArray, halved_kN: FloatArray) -> Between | None:
+    def between(self, time_s: FloatArray, halved_kN: FloatArray) -> InterpolationLimits | None:
         """Return what may lie between the readings of the force; None where they are more frequent."""
         if self._rates.slow == "stroke":
             return None
-        return Between(self._force_step_s, time_s, halved_kN, self._force_noise_kN)
+        return InterpolationLimits(self._force_step_s, time_s, halved_kN, self._force_noise_kN)
 
     def problems(self) -> tuple[str, ...]:
         """Return what a user must know, once all pieces have been taken.
@@ -152,7 +152,7 @@ class Pieces:
             own_steps, extremes, some = [], [], np.zeros(0)
             for block in self._run.blocks([name], self._rows):
                 series = block[name]
-                good = Readings(*usable(series.time_s, series.value))
+                good = ChannelReadings(*usable(series.time_s, series.value))
                 if good.value.size < 2:
                     continue
                 own_steps.append(usual_step_s(good.time_s))
@@ -166,7 +166,7 @@ class Pieces:
         return Rates.of(steps[0], steps[1], values[0], values[1])
 
     def _checked(
-        self, force_kN: FloatArray, time_s: FloatArray, stroke: Readings, force: Readings
+        self, force_kN: FloatArray, time_s: FloatArray, stroke: ChannelReadings, force: ChannelReadings
     ) -> FloatArray:
         """Return the force, NaN where stroke or force is read too seldom."""
         coarse = self._rates.too_coarse(stroke, force)

@@ -19,7 +19,7 @@ _NOISES = 8.0
 _SLOWER = 1.2
 
 
-class Readings(NamedTuple):
+class ChannelReadings(NamedTuple):
     """Readings of a channel at their instants; shape (N,) both."""
 
     time_s: FloatArray
@@ -53,7 +53,7 @@ class Rates:
         """What a user may do about it."""
         return f"record or export the {self.slow} at a higher rate"
 
-    def too_coarse(self, stroke: Readings, force: Readings) -> NDArray[np.bool_] | None:
+    def too_coarse(self, stroke: ChannelReadings, force: ChannelReadings) -> NDArray[np.bool_] | None:
         """Say in which intervals of the slower channel the other does more than it shows."""
         if not self.slow:
             return None
@@ -68,7 +68,7 @@ def _limit(share: float, values: FloatArray) -> float:
 
 
 @dataclass
-class Seen:
+class IntervalCounts:
     """Intervals of the slower channel that were looked at, and those that are too long."""
 
     intervals: int = 0

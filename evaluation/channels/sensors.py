@@ -44,7 +44,7 @@ _MOST_DISTURBED, _WITHIN_S = 3, 120.0
 
 
 @dataclass(frozen=True)
-class SensorFault:
+class InvalidReadings:
     """Readings of a sensor that are none, all for one reason.
 
     Attributes
@@ -62,7 +62,7 @@ class SensorFault:
     times_s: tuple[float, ...]
 
 
-def true_readings(time_s: FloatArray, shown_C: FloatArray) -> tuple[Mask, tuple[SensorFault, ...]]:
+def true_readings(time_s: FloatArray, shown_C: FloatArray) -> tuple[Mask, tuple[InvalidReadings, ...]]:
     """Say which readings of a temperature sensor are true, and what the others are.
 
     Parameters
@@ -94,12 +94,12 @@ def true_readings(time_s: FloatArray, shown_C: FloatArray) -> tuple[Mask, tuple[
         reasons[float(shown_C[disturbed[0]]), _JUMP] = disturbed.tolist()
         true[disturbed] = False
     faults = [
-        SensorFault(shown, what, tuple(time_s[rows].tolist())) for (shown, what), rows in reasons.items()
+        InvalidReadings(shown, what, tuple(time_s[rows].tolist())) for (shown, what), rows in reasons.items()
     ]
     return true, tuple(sorted(faults, key=lambda fault: fault.times_s[0]))
 
 
-def said(name: str, faults: Sequence[SensorFault], readings: int) -> list[str]:
+def said(name: str, faults: Sequence[InvalidReadings], readings: int) -> list[str]:
     """Return warnings: one for each reason, with the place of the first reading and how many there are.
 
     Parameters

@@ -24,7 +24,7 @@ INERTIA = 5
 
 
 @dataclass(frozen=True)
-class Reading:
+class ExtremeReadings:
     """An extreme reading of noisy ones.
 
     Attributes
@@ -65,7 +65,9 @@ def _overreach(rivals: float) -> float:
     return overreach(rivals) if rivals > 1.0 else 0.0
 
 
-def force_errors(draws: Draws, reading: Reading, falls_from_kN: float, inertia_kN: float) -> FloatArray:
+def force_errors(
+    draws: Draws, reading: ExtremeReadings, falls_from_kN: float, inertia_kN: float
+) -> FloatArray:
     """Return the error of an extreme force for every draw [kN], shape (N,).
 
     Parameters
@@ -86,7 +88,7 @@ def force_errors(draws: Draws, reading: Reading, falls_from_kN: float, inertia_k
     return np.asarray(whole + _noise(draws, reading, 0))
 
 
-def stroke_errors(draws: Draws, reading: Reading) -> FloatArray:
+def stroke_errors(draws: Draws, reading: ExtremeReadings) -> FloatArray:
     """Return the error of an extreme stroke for every draw [mm], shape (N,)."""
     return stroke_error_mm(draws, reading.value) + _noise(draws, reading, 1)
 
@@ -100,11 +102,11 @@ def speed_errors(draws: Draws, peak: SpeedPeak, sigma_mm: float) -> FloatArray:
     stretch = np.einsum("ni,i->n", draws.stroke, stroke_term_slopes(peak.stroke_mm, draws.drums_mm))
     window = max(2.0, peak.window)
     u = sigma_mm * float(np.sqrt(12.0 / (window * (window**2 - 1.0)))) / peak.step_s
-    noise = _noise(draws, Reading(0.0, u, peak.rivals(u)), 2)
+    noise = _noise(draws, ExtremeReadings(0.0, u, peak.rivals(u)), 2)
     return np.asarray(peak.speed_mm_per_s * (stretch + draws.time_base) + noise)
 
 
-def channel_errors(draws: Draws, reading: Reading, stated_by: ChannelUncertainty) -> FloatArray:
+def channel_errors(draws: Draws, reading: ExtremeReadings, stated_by: ChannelUncertainty) -> FloatArray:
     """Return the error of an extreme reading of a channel of its own for every draw, shape (N,).
 
     Accuracy (in per cent of the value) and zero are limits, drawn from rectangular distributions.
@@ -121,7 +123,7 @@ def temperature_errors(draws: Draws, accuracy_C: float) -> FloatArray:
     return np.asarray(accuracy_C * draws.thermometer)
 
 
-def _noise(draws: Draws, reading: Reading, stream: int) -> FloatArray:
+def _noise(draws: Draws, reading: ExtremeReadings, stream: int) -> FloatArray:
     """Return what noise makes of an extreme: how far it overreaches, with either sign, and its scatter."""
     count = draws.overreach.size
     generator = np.random.default_rng((count, stream))  # its own: other figures' draws stay what they are

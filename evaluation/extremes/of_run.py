@@ -11,7 +11,7 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.error_model import Draws
 from bufferstand.evaluation.extremes.errors import (
-    Reading,
+    ExtremeReadings,
     channel_errors,
     force_errors,
     rivals_of,
@@ -245,7 +245,7 @@ def _forces(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
 
     def errors(peak: Peak) -> FloatArray:
         rivals = rivals_of(force_kN, peak.value, sigma, samples.averaged)
-        reading = Reading(peak.value, sigma, rivals, hum_kN)
+        reading = ExtremeReadings(peak.value, sigma, rivals, hum_kN)
         falls = 0.0 if peak is ends[1] else most
         return force_errors(draws, reading, falls, float(recorded.inertia_force(peak.time_s)))
 
@@ -294,7 +294,7 @@ def _strokes(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
 
     def errors(peak: Peak) -> FloatArray:
         rivals = rivals_of(samples.stroke_mm, peak.value, sigma, samples.averaged)
-        return stroke_errors(draws, Reading(peak.value, sigma, rivals, hum_mm))
+        return stroke_errors(draws, ExtremeReadings(peak.value, sigma, rivals, hum_mm))
 
     return _with_uncertainty(found, ends, errors)
 
@@ -337,7 +337,7 @@ def _measured_speeds(ends: Ends, recorded: Recorded, draws: Draws | None) -> dic
         if draws is not None and by is not None and by.accuracy_percent is not None:
             sigma = noise_sigma(speeds) * float(np.sqrt(samples.averaged))
             rivals = rivals_of(speeds, peak.value, sigma, samples.averaged)
-            U, half = stated(channel_errors(draws, Reading(peak.value, sigma, rivals), by))
+            U, half = stated(channel_errors(draws, ExtremeReadings(peak.value, sigma, rivals), by))
             extreme = replace(extreme, expanded_uncertainty=U, half_width_95=half)
         both.append(extreme)
     unloading, loading = both

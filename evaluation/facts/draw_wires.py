@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class WireOut:
+class FailedWire:
     """A wire (``stroke_1``, ``stroke_2``) that stands still while the other moves: broken or stuck."""
 
     wire: str
@@ -39,5 +39,5 @@ class DrawWires:
     scale_mismatch: float | None
     remaining_mm: float | None
     limit_mm: float | None
-    out: tuple[WireOut, ...] = ()
+    out: tuple[FailedWire, ...] = ()
     warnings: tuple[str, ...] = ()

@@ -12,7 +12,7 @@ from bufferstand.foundation.settings import Day, Settings
 Length = Annotated[float, Field(gt=0)] | Literal["fill-in"]
 
 
-class Inspected(Settings):
+class InspectionHead(Settings):
     """Who inspected which specimen and when, and the lengths read by hand."""
 
     specimen: str = Field(min_length=1)
@@ -26,7 +26,7 @@ class Inspected(Settings):
     """U (k = 2) of a length read by hand."""
 
 
-class Finding(Settings):
+class InspectionFinding(Settings):
     """One item of the checklist; ``fill-in``: not looked at."""
 
     id: str = Field(min_length=1)
@@ -37,12 +37,12 @@ class Finding(Settings):
 class Inspection(Settings):
     """An inspector's file."""
 
-    inspection: Inspected
+    inspection: InspectionHead
     item: Annotated[
-        tuple[Finding, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)
+        tuple[InspectionFinding, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)
     ] = ()
 
-    def finding(self, identity: str) -> Finding | None:
+    def finding(self, identity: str) -> InspectionFinding | None:
         """Return what was found on an item; None where the file has nothing on it."""
         return next((item for item in self.item if item.id == identity), None)
 

@@ -11,7 +11,7 @@ from bufferstand.evaluation.across_runs.identity import ChannelIdentity
 from bufferstand.evaluation.choices import DRAWS, DecisionRule, ForceCell
 from bufferstand.evaluation.facts.inspection import Inspection
 from bufferstand.evaluation.facts.moving_mass import MovingMass
-from bufferstand.evaluation.facts.shared_errors import Chain
+from bufferstand.evaluation.facts.shared_errors import MeasuringChain
 from bufferstand.foundation.channel import ChannelUncertainty
 from bufferstand.foundation.kind import Kind
 from bufferstand.foundation.purpose import Purpose
@@ -110,11 +110,11 @@ class RunFacts:
     """What was wrong with the record before it was evaluated; joins the run's warnings."""
 
     @property
-    def chain(self) -> Chain | None:
+    def chain(self) -> MeasuringChain | None:
         """The channels and whose errors theirs are; None where the record states no uncertainty."""
         if self.force_uncertainty is None or not self.stroke_uncertainty:
             return None
-        return Chain(
+        return MeasuringChain(
             self.force_uncertainty,
             self.stroke_uncertainty,
             self.force_identity,

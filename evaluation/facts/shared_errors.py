@@ -13,7 +13,7 @@ from bufferstand.foundation.channel import ChannelUncertainty
 Distribution = Literal["rectangular", "normal"]
 
 
-class Source(NamedTuple):
+class ErrorSource(NamedTuple):
     """An error by which runs may hang together: they do where both its texts agree."""
 
     error: str
@@ -22,7 +22,7 @@ class Source(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Owed:
+class SharedContributions:
     """What a figure owes to errors that other runs have, too.
 
     Attributes
@@ -35,19 +35,21 @@ class Owed:
         difference of two large numbers, which must have the same chance in them.
     """
 
-    by_source: Mapping[Source, float] = field(default_factory=dict)
+    by_source: Mapping[ErrorSource, float] = field(default_factory=dict)
     explained_u: float = 0.0
 
-    def scaled(self, factor: float) -> Owed:
+    def scaled(self, factor: float) -> SharedContributions:
         """Return what so many times the figure owes."""
-        return Owed({s: factor * c for s, c in self.by_source.items()}, abs(factor) * self.explained_u)
+        return SharedContributions(
+            {s: factor * c for s, c in self.by_source.items()}, abs(factor) * self.explained_u
+        )
 
 
 @dataclass(frozen=True)
-class Weighted:
+class WeightedSource:
     """A source, and its share of the standard uncertainty of the error that it is part of (Σ share² = 1)."""
 
-    source: Source
+    source: ErrorSource
     share: float
 
 
@@ -64,27 +66,27 @@ class SharedErrors:
         Instruments behind these errors: each wire has its own share of an error of their mean.
     contributions : mapping of str to tuple of float
         By quantity, in its unit: the standard contribution of each of ``errors``, with its sign, and last
-        what all of them explain (:class:`Owed`).
+        what all of them explain (:class:`SharedContributions`).
     """
 
     basis: Basis
     errors: tuple[str, ...]
-    sources: tuple[Weighted, ...]
+    sources: tuple[WeightedSource, ...]
     contributions: Mapping[str, tuple[float, ...]]
 
-    def of(self, quantity: str) -> Owed:
+    def of(self, quantity: str) -> SharedContributions:
         """Return what a mean owes to every source; nothing where it was not propagated."""
         own = self.contributions.get(quantity)
         if own is None:
-            return Owed()
+            return SharedContributions()
         by_error = dict(zip(self.errors, own[:-1], strict=True))
-        found: dict[Source, float] = {}
+        found: dict[ErrorSource, float] = {}
         for weighted in self.sources:
             contribution = by_error[weighted.source.error] * weighted.share
             if contribution != 0.0:
                 # Two wires that name one instrument have one error of it.
                 found[weighted.source] = found.get(weighted.source, 0.0) + contribution
-        return Owed(found, own[-1])
+        return SharedContributions(found, own[-1])
 
     def entry(self) -> SharedErrorsEntry:
         """Return it as JSON holds it."""
@@ -122,7 +124,7 @@ def shared_of(entry: Mapping[str, Any] | None) -> SharedErrors | None:
             for name, own in entry["contributions"].items()
         }
         sources = tuple(
-            Weighted(Source(w["error"], w["instrument"], w["distribution"]), float(w["share"]))
+            WeightedSource(ErrorSource(w["error"], w["instrument"], w["distribution"]), float(w["share"]))
             for w in entry["sources"]
         )
     except (KeyError, TypeError, AttributeError, ValueError) as error:
@@ -135,7 +137,7 @@ def shared_of(entry: Mapping[str, Any] | None) -> SharedErrors | None:
 
 
 @dataclass(frozen=True)
-class Chain:
+class MeasuringChain:
     """The channels of a run: what they state, and whose they are (empty: nothing is known of that)."""
 
     force: ChannelUncertainty

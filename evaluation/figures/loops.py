@@ -30,7 +30,7 @@ class Ranges(TypedDict):
 
 
 @dataclass(frozen=True, eq=False)
-class Loop:
+class LoopCurve:
     """One closed cycle of a run.
 
     Parameters
@@ -54,7 +54,7 @@ class Loop:
     frequency_Hz: float | None = None
 
 
-def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = (), windows_of: str = "") -> Plot:
+def static_loops(loops: Sequence[LoopCurve], windows: Sequence[Window] = (), windows_of: str = "") -> Plot:
     """Return the quasi-static cycles of one run, the permitted force ranges and the measured forces.
 
     ``windows_of`` names standard and clause of the ranges, for the legend.
@@ -74,7 +74,7 @@ def static_loops(loops: Sequence[Loop], windows: Sequence[Window] = (), windows_
     )
 
 
-def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
+def dynamic_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plot:
     """Return all dynamic loops over the quasi-static cycle: a colour a prestress, a dash an amplitude."""
     tones = _tones(loop.prestress_mm or 0.0 for loop in loops)
     within: dict[int, int] = {}
@@ -87,7 +87,7 @@ def dynamic_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
     return _over(static, loops, curves, whole=True)
 
 
-def frequency_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
+def frequency_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plot:
     """Return loops of one prestress and amplitude at several frequencies (paper, Fig. 6)."""
     ordered = sorted(loops, key=lambda loop: loop.frequency_Hz or 0.0)
     curves = [
@@ -96,7 +96,7 @@ def frequency_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
     return _over(static, loops, curves)
 
 
-def amplitude_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
+def amplitude_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plot:
     """Return loops of one prestress at several amplitudes (paper, Fig. 7)."""
     ordered = sorted(loops, key=_by_condition)
     curves = [
@@ -108,7 +108,7 @@ def amplitude_loops(loops: Sequence[Loop], static: Loop | None) -> Plot:
     return _over(static, loops, curves)
 
 
-def labelled_loops(loops: Sequence[Loop], labels: Sequence[str]) -> Plot:
+def labelled_loops(loops: Sequence[LoopCurve], labels: Sequence[str]) -> Plot:
     """Return loops of one step with their labels: several temperatures (paper, Fig. 9), or specimens."""
     curves = tuple(
         _curve(loop, label, tone=n, dash=n, marker=n)
@@ -117,7 +117,9 @@ def labelled_loops(loops: Sequence[Loop], labels: Sequence[str]) -> Plot:
     return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, height_mm=88.0, **_ranges(loops, ()))
 
 
-def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, whole: bool = False) -> Plot:
+def _over(
+    static: LoopCurve | None, loops: Sequence[LoopCurve], curves: list[Curve], *, whole: bool = False
+) -> Plot:
     """Lay curves over the quasi-static cycle, dotted as in the paper; show it ``whole`` or near the loops."""
     ranges = framed_ranges(loops)
     if static is not None:
@@ -130,7 +132,7 @@ def _over(static: Loop | None, loops: Sequence[Loop], curves: list[Curve], *, wh
 
 
 def _curve(
-    loop: Loop,
+    loop: LoopCurve,
     label: str,
     *,
     tone: int,
@@ -144,7 +146,7 @@ def _curve(
     return Curve(label, loop.stroke_mm[kept], loop.force_kN[kept], tone, dash, marker, filled)
 
 
-def _ranges(loops: Sequence[Loop], windows: Sequence[Window]) -> Ranges:
+def _ranges(loops: Sequence[LoopCurve], windows: Sequence[Window]) -> Ranges:
     """Return both axes from zero, or from the least value if that is negative, with room for symbols."""
     xs = [0.0, *(window.at for window in windows)]
     ys = [0.0, *(window.upper for window in windows)]
@@ -158,7 +160,7 @@ def _ranges(loops: Sequence[Loop], windows: Sequence[Window]) -> Ranges:
     return Ranges(x_range=(left, max(xs) + margin), y_range=(min(0.0, 1.02 * low), 1.1 * high or 1.0))
 
 
-def framed_ranges(loops: Sequence[Loop]) -> Ranges:
+def framed_ranges(loops: Sequence[LoopCurve]) -> Ranges:
     """Return axes that frame the loops with a quarter of their extent around, yet not below zero."""
     x_range = _framed([loop.stroke_mm for loop in loops])
     y_range = _framed([loop.force_kN for loop in loops])
@@ -172,7 +174,7 @@ def _framed(values: Sequence[Floats]) -> tuple[float, float]:
     return min(low, max(0.0, low - margin)), high + margin
 
 
-def _by_condition(loop: Loop) -> tuple[float, float, float]:
+def _by_condition(loop: LoopCurve) -> tuple[float, float, float]:
     """Order by prestress, amplitude and frequency; the measured strokes of equal steps differ a little."""
     return (_rounded(loop.prestress_mm), _rounded(loop.amplitude_mm), loop.frequency_Hz or 0.0)
 
@@ -197,5 +199,5 @@ def _mm(value: float | None) -> str:
     return "—" if value is None else f"{value:.3g}"
 
 
-def _hz(loop: Loop) -> str:
+def _hz(loop: LoopCurve) -> str:
     return "— Hz" if loop.frequency_Hz is None else f"{loop.frequency_Hz:.3g} Hz"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.evaluation.figures.decimate import kept_samples
-from bufferstand.evaluation.figures.loops import FORCE_LABEL, STROKE_LABEL, Loop, framed_ranges
+from bufferstand.evaluation.figures.loops import FORCE_LABEL, STROKE_LABEL, LoopCurve, framed_ranges
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Plot
 from bufferstand.evaluation.figures.timeline import ENERGY, STROKE, TEMPERATURE, Trace, time_unit
 
@@ -21,8 +21,8 @@ class LoopPair:
     """One cycle as measured and by the model, and how the legend names it."""
 
     label: str
-    measured: Loop
-    model: Loop
+    measured: LoopCurve
+    model: LoopCurve
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ def model_loops(pairs: Sequence[LoopPair]) -> Plot:
     return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=92.0, **ranges)
 
 
-def _curve(label: str, loop: Loop, tone: int, dash: int, marker: int | None) -> Curve:
+def _curve(label: str, loop: LoopCurve, tone: int, dash: int, marker: int | None) -> Curve:
     kept = kept_samples(loop.stroke_mm, loop.force_kN, _POINTS)
     return Curve(label, loop.stroke_mm[kept], loop.force_kN[kept], tone, dash, marker)
 

@@ -27,7 +27,7 @@ class Trace:
 
 
 @dataclass(frozen=True)
-class Step:
+class TimelineStep:
     """One run on the campaign's time axis; ``stop`` says why it ended early, and is empty otherwise."""
 
     label: str
@@ -37,7 +37,7 @@ class Step:
 
 
 def temperature_plot(
-    traces: Sequence[Trace], steps: Sequence[Step], stop_C: float | None, energy: Trace | None = None
+    traces: Sequence[Trace], steps: Sequence[TimelineStep], stop_C: float | None, energy: Trace | None = None
 ) -> Plot:
     """Return the temperatures over the campaign, its steps shaded, temperature limit and stops marked.
 
@@ -59,7 +59,7 @@ def temperature_plot(
     return replace(plot, below=below)
 
 
-def _energy_panel(energy: Trace, steps: Sequence[Step], tone: int) -> Plot:
+def _energy_panel(energy: Trace, steps: Sequence[TimelineStep], tone: int) -> Plot:
     """Return the energy absorbed since the start of the campaign; its steps are named in the panel above."""
     trace = Trace(energy.label, energy.time_s, energy.value / 1000.0)
     _, highest = _span([trace])
@@ -71,7 +71,7 @@ def _energy_panel(energy: Trace, steps: Sequence[Step], tone: int) -> Plot:
     return replace(plot, curves=(replace(curve, tone=tone, dash=tone),))
 
 
-def stroke_plot(traces: Sequence[Trace], steps: Sequence[Step]) -> Plot:
+def stroke_plot(traces: Sequence[Trace], steps: Sequence[TimelineStep]) -> Plot:
     """Return the stroke over the campaign with its steps shaded and the stops marked (paper, Fig. 4)."""
     lowest, highest = _span(traces)
     return _timeline(
@@ -81,7 +81,7 @@ def stroke_plot(traces: Sequence[Trace], steps: Sequence[Step]) -> Plot:
 
 def _timeline(
     traces: Sequence[Trace],
-    steps: Sequence[Step],
+    steps: Sequence[TimelineStep],
     y_label: str,
     *,
     levels: tuple[Level, ...],

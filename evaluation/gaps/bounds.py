@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.cycles import find_with_harmonics
 from bufferstand.evaluation.every_quantity import OF_THERMOMETER, QUANTITIES
-from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.bridge import RecordGap
 from bufferstand.evaluation.gaps.coarse import (
     SMOOTH_SHARE,
     coarse_cycles,
@@ -83,7 +83,7 @@ class GapBounds:
 
     limits: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
     refused: Mapping[int, str] = field(default_factory=dict)
-    holes: Mapping[int, tuple[Hole, ...]] = field(default_factory=dict)
+    holes: Mapping[int, tuple[RecordGap, ...]] = field(default_factory=dict)
     widened: Reduced | None = None
     halves: tuple[Reduced, ...] = ()
     share: float = 1.0
@@ -98,7 +98,7 @@ class GapBounds:
         )
 
 
-def gap_bounds(record: Record, holes: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
+def gap_bounds(record: Record, holes: Sequence[RecordGap], results: Sequence[CycleResult]) -> GapBounds:
     """Return what bridged holes, and steps between few samples, may change in the figures of complete cycles.
 
     Parameters
@@ -154,7 +154,7 @@ def _with_coarse(
     return replace(by_holes, limits=limits, refused=refused, halves=halves, share=share)
 
 
-def _hole_bounds(record: Record, narrow: Sequence[Hole], results: Sequence[CycleResult]) -> GapBounds:
+def _hole_bounds(record: Record, narrow: Sequence[RecordGap], results: Sequence[CycleResult]) -> GapBounds:
     """Return what bridged holes may change."""
     own = _holes_of(narrow, results) if narrow else {}
     if not own:
@@ -208,7 +208,7 @@ def _halved_limits(
 def _by_donors(
     record: Record,
     results: Sequence[CycleResult],
-    own: Mapping[int, tuple[Hole, ...]],
+    own: Mapping[int, tuple[RecordGap, ...]],
     refused: Mapping[int, str],
 ) -> dict[int, dict[str, float]]:
     """Return the bounds of refused cycles that the same holes in like cycles show to be small enough."""
@@ -276,7 +276,7 @@ class _Halves:
         return None if even is None or odd is None else (even, odd)
 
 
-def _refused(holes: Sequence[Hole], why: str) -> str:
+def _refused(holes: Sequence[RecordGap], why: str) -> str:
     more = f" and {len(holes) - 1} more" if len(holes) > 1 else ""
     return f"what is not on record of it may {why}: {holes[0].text}{more}"
 
@@ -289,7 +289,7 @@ def _between_what(record: Record, step_s: float, why: str) -> str:
     return f"what lies between {between} may {why}: record or export it at a higher rate"
 
 
-def _holes_of(holes: Sequence[Hole], results: Sequence[CycleResult]) -> dict[int, tuple[Hole, ...]]:
+def _holes_of(holes: Sequence[RecordGap], results: Sequence[CycleResult]) -> dict[int, tuple[RecordGap, ...]]:
     """Return the holes in or near each complete cycle that has some."""
     starts = np.array([hole.start_s for hole in holes])
     ends = np.array([hole.end_s for hole in holes])
@@ -306,7 +306,7 @@ def _holes_of(holes: Sequence[Hole], results: Sequence[CycleResult]) -> dict[int
     return own
 
 
-def _beside(record: Record, holes: Sequence[Hole]) -> NDArray[np.intp]:
+def _beside(record: Record, holes: Sequence[RecordGap]) -> NDArray[np.intp]:
     """Return the samples beside holes, as many as make each twice as long."""
     starts = np.array([hole.start_s for hole in holes])
     ends = np.array([hole.end_s for hole in holes])

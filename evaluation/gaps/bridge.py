@@ -45,7 +45,7 @@ stamps rise again, the clock was set, and how long that took is not known."""
 
 
 @dataclass(frozen=True)
-class Hole:
+class RecordGap:
     """A step in which more may have happened than the sampling usually sees, from ``start_s`` to ``end_s``.
 
     ``rest``: nothing did. ``wide``: nothing is fitted across it. ``unknown``: how long it lasted is not
@@ -71,7 +71,7 @@ class Bridged:
     """A record whose rests have samples, and whose ``breaks`` are wide holes only; and all its holes."""
 
     record: Record
-    holes: tuple[Hole, ...] = ()
+    holes: tuple[RecordGap, ...] = ()
 
 
 def bridged(record: Record) -> Bridged:
@@ -101,7 +101,7 @@ def bridged(record: Record) -> Bridged:
     length_s = record.time_s[breaks] - record.time_s[breaks - 1]
     wide = ~rest & (unknown | (length_s > WIDE * _shortest_stroke_s(filled, sampling)))
     holes = tuple(
-        Hole(
+        RecordGap(
             float(record.time_s[at - 1]),
             float(record.time_s[at]),
             text,

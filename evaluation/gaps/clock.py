@@ -18,7 +18,7 @@ _SAME_JUMP = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Understood:
+class ClockCorrection:
     """Moments ``time_s`` (N,) for stamps that do not rise, in words what was made of them, the step of a
     coarse clock, and the samples before which it was set back, as interruptions of unknown length.
     """
@@ -29,7 +29,7 @@ class Understood:
     interrupted: tuple[tuple[int, int], ...] = ()
 
 
-def understand(time_s: FloatArray) -> Understood | None:
+def understand(time_s: FloatArray) -> ClockCorrection | None:
     """Return moments for samples whose stamps do not rise, where it shows why; else None.
 
     Samples that share the stamps of a coarse clock are spread over its steps. Behind a clock that was set
@@ -47,11 +47,11 @@ def understand(time_s: FloatArray) -> Understood | None:
             f"time stamps rounded to {step_s:.4g} s, about {shared:.3g} samples share each: their moments "
             f"are spread over it, and known to {0.5 * step_s:.3g} s"
         )
-        return Understood(spread_stamps(time_s), note, step_s)
+        return ClockCorrection(spread_stamps(time_s), note, step_s)
     return _set_back(time_s)
 
 
-def _set_back(time_s: FloatArray) -> Understood | None:
+def _set_back(time_s: FloatArray) -> ClockCorrection | None:
     """Return stamps that go on where the clock was set back; None where it was not."""
     steps = np.diff(time_s)
     if not np.isfinite(steps).all():
@@ -74,4 +74,4 @@ def _set_back(time_s: FloatArray) -> Understood | None:
         f"the clock was set back {len(found)} time(s), the first by {usual_s - steps[first - 1]:.4g} s after "
         f"{time_s[first - 1]:.6g} s; what follows goes on from there: how long it was away is not known"
     )
-    return Understood(moved, note, interrupted=tuple(found))
+    return ClockCorrection(moved, note, interrupted=tuple(found))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.cycles import STEADY_FREQUENCY, STEADY_STROKE
-from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.bridge import RecordGap
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
@@ -18,7 +18,7 @@ LEAST, MOST = 3, 6
 
 
 def choose_donors(
-    wanted: Sequence[CycleResult], results: Sequence[CycleResult], holed: Mapping[int, tuple[Hole, ...]]
+    wanted: Sequence[CycleResult], results: Sequence[CycleResult], holed: Mapping[int, tuple[RecordGap, ...]]
 ) -> dict[int, list[Cycle]]:
     """Return, of each wanted cycle that has some, like cycles to open its holes in; no two beside each other.
 
@@ -55,7 +55,9 @@ def _alike(one: Cycle, other: Cycle) -> bool:
     )
 
 
-def opened(record: Record, cycle: Cycle, holes: Sequence[Hole], donors: Sequence[Cycle]) -> NDArray[np.intp]:
+def opened(
+    record: Record, cycle: Cycle, holes: Sequence[RecordGap], donors: Sequence[Cycle]
+) -> NDArray[np.intp]:
     """Return the samples that are missing when a cycle's holes are opened in others at the same place."""
     time = record.time_s
     lost = []

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from bufferstand.evaluation.cycles import find_with_harmonics
 from bufferstand.evaluation.facts.moving_mass import InertiaCorrection, MovingMass
 from bufferstand.evaluation.gaps.bounds import GapBounds, gap_bounds
-from bufferstand.evaluation.gaps.bridge import Hole, bridged
+from bufferstand.evaluation.gaps.bridge import RecordGap, bridged
 from bufferstand.evaluation.gaps.numbering import Numbering, numbering_of
-from bufferstand.evaluation.gaps.reread import Reread
+from bufferstand.evaluation.gaps.reread import BoundedReadings
 from bufferstand.evaluation.gaps.words import (
     between_warnings,
     coarse_warnings,
@@ -31,7 +31,7 @@ from bufferstand.evaluation.results import CycleResult
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class CyclesOfRecord:
     """What was found in a record: the record as it was evaluated, its cycles, their loops and figures."""
 
     record: Record
@@ -39,7 +39,7 @@ class Found:
     loops: CutLoops
     inertia: InertiaCorrection
     added: InertiaForce | None
-    holes: tuple[Hole, ...]
+    holes: tuple[RecordGap, ...]
     gaps: GapBounds
     numbering: Numbering
 
@@ -49,9 +49,9 @@ class Found:
         return Propagations(self.record, [result.cycle for result in self.results], self.added)
 
     @property
-    def reread(self) -> Reread:
+    def reread(self) -> BoundedReadings:
         """Those of which something is not on record, prepared once more from less of it."""
-        return Reread.of(self.gaps, self.prepared)
+        return BoundedReadings.of(self.gaps, self.prepared)
 
     @property
     def warnings(self) -> list[str]:
@@ -69,7 +69,7 @@ def found_in(
     masses: tuple[MovingMass, MovingMass],
     interval_s: float,
     slips_s: Sequence[float] = (),
-) -> Found:
+) -> CyclesOfRecord:
     """Find the cycles of a record and evaluate them.
 
     Parameters
@@ -102,7 +102,7 @@ def found_in(
         cycles = gaps.without(cycles)
         loops = CutLoops(record, [cycle for cycle in cycles if cycle.complete])
         results = evaluate_cycles(record, cycles, None, loops, interval_s)
-    return Found(
+    return CyclesOfRecord(
         record,
         with_gap_limits(results, gaps),
         loops,

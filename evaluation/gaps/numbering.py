@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.bridge import RecordGap
 from bufferstand.evaluation.gaps.events import waits_show
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.record import Record
@@ -28,7 +28,7 @@ _MIDDLE = 0.25
 
 
 @dataclass(frozen=True)
-class Doubt:
+class NumberingDoubt:
     """From cycle ``first`` on numbers are not certain: what was not on record before it may hide a stroke.
 
     It lasted from ``start_s`` to ``end_s``; ``unknown``: not even how long is known.
@@ -49,7 +49,7 @@ class Numbering:
     stroke, so that others may have come before.
     """
 
-    hidden: tuple[Doubt, ...] = ()
+    hidden: tuple[NumberingDoubt, ...] = ()
     begun: str = ""
 
     def uncertain(self, index: int) -> str:
@@ -81,7 +81,7 @@ class Numbering:
         return tuple(found)
 
 
-def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole]) -> Numbering:
+def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[RecordGap]) -> Numbering:
     """Return where the numbers of strokes are not certain.
 
     A hole hides a stroke if one fits into it that takes nine tenths of the shortest on record, after the time
@@ -102,13 +102,13 @@ def numbering_of(record: Record, cycles: Sequence[Cycle], holes: Sequence[Hole])
     if ended:
         why = f"{ended[-1].text}: what they show is not known"
         end_s = float(record.time_s[-1])
-        hidden.append(Doubt(cycles[-1].index + 1, why, ended[-1].start_s, end_s, unknown=True))
+        hidden.append(NumberingDoubt(cycles[-1].index + 1, why, ended[-1].start_s, end_s, unknown=True))
     return Numbering(tuple(hidden), _begun(record, cycles))
 
 
 def _hidden(
-    record: Record, cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[Hole]
-) -> list[Doubt]:
+    record: Record, cycles: Sequence[Cycle], known: Sequence[Cycle], holes: Sequence[RecordGap]
+) -> list[NumberingDoubt]:
     """Return what may hide a stroke, in a record whose ``known`` cycles last for some time."""
     whole = [
         cycle for cycle in known if cycle.bounded and "cut" not in (cycle.start.method, cycle.end.method)
@@ -129,11 +129,11 @@ def _hidden(
         what = "step" if hole in slow else "hole"
         why = f"the {what} {length} after {hole.start_s:.6g} s may hide a stroke{fits}"
         first = behind[0] if behind else cycles[-1].index + 1
-        hidden.append(Doubt(first, why, hole.start_s, hole.end_s, hole.unknown))
+        hidden.append(NumberingDoubt(first, why, hole.start_s, hole.end_s, hole.unknown))
     return sorted(hidden, key=lambda doubt: doubt.start_s)
 
 
-def _moving_s(record: Record, cycle: Cycle, wide: Sequence[Hole]) -> float:
+def _moving_s(record: Record, cycle: Cycle, wide: Sequence[RecordGap]) -> float:
     """Return how long a cycle took to move [s]: all of it, or as its middle half says where it has a hole.
 
     A cycle that is not on record throughout lasts as long as the hole, whatever its motion took.
@@ -158,7 +158,9 @@ def _moving_s(record: Record, cycle: Cycle, wide: Sequence[Hole]) -> float:
     )
 
 
-def _slow_steps(record: Record, known: Sequence[Cycle], holes: Sequence[Hole], least_s: float) -> list[Hole]:
+def _slow_steps(
+    record: Record, known: Sequence[Cycle], holes: Sequence[RecordGap], least_s: float
+) -> list[RecordGap]:
     """Return the steps of a slow logger, none of them a hole, that are long enough to hide a stroke.
 
     None of one that writes by event, if it surely does, nor of one whose rate follows the motion: either
@@ -173,7 +175,7 @@ def _slow_steps(record: Record, known: Sequence[Cycle], holes: Sequence[Hole], l
         return []
     told = {hole.start_s for hole in holes}
     return [
-        Hole(
+        RecordGap(
             float(time_s[i]),
             float(time_s[i + 1]),
             "step",
@@ -190,13 +192,13 @@ def _longest_step_s(time_s: FloatArray, cycle: Cycle) -> float:
     return float(np.max(np.diff(time_s[rows]), initial=0.0)) or cycle.duration_s
 
 
-def _unseen(record: Record) -> tuple[Doubt, ...]:
+def _unseen(record: Record) -> tuple[NumberingDoubt, ...]:
     """Return that strokes may be hidden between samples that are few and far apart, or be their noise."""
     if not 2 <= record.time_s.size < _FEW_SAMPLES:
         return ()
     step_s = median(np.diff(record.time_s))
     why = f"the record has {record.time_s.size} samples, {step_s:.3g} s apart: strokes between are not seen"
-    return (Doubt(1, why, float(record.time_s[0]), float(record.time_s[-1])),)
+    return (NumberingDoubt(1, why, float(record.time_s[0]), float(record.time_s[-1])),)
 
 
 def _begun(record: Record, cycles: Sequence[Cycle]) -> str:

@@ -14,7 +14,7 @@ Reading = Callable[[CyclePropagation], float | None]
 
 
 @dataclass(frozen=True, eq=False)
-class Reread(Container[int]):
+class BoundedReadings(Container[int]):
     """Cycles of which something is not on record, prepared once more from less of it.
 
     Attributes
@@ -32,7 +32,7 @@ class Reread(Container[int]):
     share: float = 1.0
 
     @classmethod
-    def of(cls, gaps: GapBounds, prepared: Propagations) -> Reread:
+    def of(cls, gaps: GapBounds, prepared: Propagations) -> BoundedReadings:
         """Return them for the bounds of a record, with the noise of its own cycles, ``prepared``."""
 
         def less(again: Reduced) -> Propagations:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from bufferstand.evaluation.defects import describe
 from bufferstand.evaluation.gaps.bounds import GapBounds
-from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.bridge import RecordGap
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
 
@@ -15,7 +15,7 @@ MOST_HOLES = 10
 """Holes that are named one by one in the warnings of a run; the rest are counted."""
 
 
-def hole_warnings(record: Record, holes: Sequence[Hole]) -> list[str]:
+def hole_warnings(record: Record, holes: Sequence[RecordGap]) -> list[str]:
     """Return what is said of the holes of a record, by what they are taken for."""
     kinds = (
         (

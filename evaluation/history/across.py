@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from bufferstand.evaluation.across_runs.runs import assumption, basis_of
-from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.differences import UncertainValue, difference
 from bufferstand.evaluation.document_types import (
     BeforeAfterEntry,
     ChangeEntry,
@@ -123,7 +123,7 @@ def _changes(first: RunEvaluation, other: RunEvaluation) -> dict[str, ChangeEntr
     return changes
 
 
-def _value(run: RunEvaluation, name: str) -> Value | None:
+def _value(run: RunEvaluation, name: str) -> UncertainValue | None:
     measured = run.preload if name == PRELOAD else run.summary.values.get(name)
     if measured is None or measured.value is None:
         return None
@@ -131,8 +131,8 @@ def _value(run: RunEvaluation, name: str) -> Value | None:
     if run.shared_errors is not None:
         shared = run.shared_errors.of("preload" if name == PRELOAD else name)
     if shared is None:
-        return Value(measured.value, measured.expanded_uncertainty)
-    return Value(measured.value, measured.expanded_uncertainty, shared)
+        return UncertainValue(measured.value, measured.expanded_uncertainty)
+    return UncertainValue(measured.value, measured.expanded_uncertainty, shared)
 
 
 def _warmer(first: RunEvaluation, later: Sequence[RunEvaluation]) -> list[str]:

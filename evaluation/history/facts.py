@@ -22,7 +22,7 @@ class PerDecade:
 
 
 @dataclass(frozen=True)
-class Hold:
+class RecordedHold:
     """A dwell at an upper turning point: the stroke rests and the force relaxes, or the other way round.
 
     Start and end values are means over the first and the last 5 % of it.
@@ -105,7 +105,7 @@ class CumulatedEnergy:
 class RunHistory:
     """What a run holds besides; ``cumulated`` is None where no cycle was evaluated."""
 
-    holds: tuple[Hold, ...] = ()
+    holds: tuple[RecordedHold, ...] = ()
     residual_strokes: tuple[ResidualStroke, ...] = ()
     settling: tuple[Settling, ...] = ()
     cumulated: CumulatedEnergy | None = None

@@ -13,9 +13,9 @@ from bufferstand.evaluation.every_quantity import QUANTITIES, SETTLING
 from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.history.facts import (
     CumulatedEnergy,
-    Hold,
     HoldKind,
     PerDecade,
+    RecordedHold,
     ResidualStroke,
     RunHistory,
     Settling,
@@ -105,7 +105,7 @@ def _of_cycles(results: Sequence[CycleResult], numbers: Sequence[int]) -> list[C
     return [r for r in results if r.cycle.index in wanted]
 
 
-def _hold(record: Record, facts: RunFacts, cycle: Cycle) -> Hold | None:
+def _hold(record: Record, facts: RunFacts, cycle: Cycle) -> RecordedHold | None:
     start_s, off_s = _arrival_s(record, cycle)
     end_s = cycle.top.leave_s
     first, last = np.searchsorted(record.time_s, (start_s, end_s)).tolist()
@@ -125,7 +125,7 @@ def _hold(record: Record, facts: RunFacts, cycle: Cycle) -> Hold | None:
     elif by_stroke > _RULES * by_force:
         kind = "creep"
     wire = facts.stroke_uncertainty[0] if facts.stroke_uncertainty else None
-    return Hold(
+    return RecordedHold(
         cycle=cycle.index,
         kind=kind,
         start_s=start_s,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.foundation.ranks import median
 
@@ -53,7 +53,7 @@ class _Level:
     runs: NDArray[np.intp]
 
 
-def clipped(look: Look) -> list[Finding]:
+def clipped(look: RunView) -> list[Finding]:
     """Return where force or stroke is pinned at its own extreme.
 
     Parameters
@@ -75,13 +75,13 @@ def clipped(look: Look) -> list[Finding]:
     return found
 
 
-def pinned_rows(look: Look, channel: Samples) -> frozenset[int]:
+def pinned_rows(look: RunView, channel: Samples) -> frozenset[int]:
     """Return the first rows of all stretches in which a channel is clipped."""
     ends = _pinned_ends(channel, look.other(channel))
     return frozenset(int(first) for _, runs in ends for first in runs[:, 0])
 
 
-def clipped_again(look: Look, channel: Samples, value: float) -> Finding | None:
+def clipped_again(look: RunView, channel: Samples, value: float) -> Finding | None:
     """Return that a channel that is frozen at a value is clipped, if that is its extreme several times.
 
     What freezes anew does not stop at the same value.
@@ -185,7 +185,9 @@ def _is_cut(channel: Samples, other: Samples, run: list[int], side: int, back: f
     return entered > _least_move(other) and left > comes_back
 
 
-def _finding(look: Look, channel: Samples, other: Samples, value: float, runs: NDArray[np.intp]) -> Finding:
+def _finding(
+    look: RunView, channel: Samples, other: Samples, value: float, runs: NDArray[np.intp]
+) -> Finding:
     begins, ends = channel.time_s[runs[:, 0]], channel.time_s[runs[:, 1]]
     cycles = look.touched_by(begins, ends)
     longest = int(np.argmax(ends - begins))

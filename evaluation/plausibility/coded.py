@@ -9,7 +9,7 @@ from bufferstand.evaluation.plausibility.finding import Finding
 
 
 @dataclass(frozen=True, eq=False)
-class Coded:
+class ErrorCodes:
     """A channel with codes: when, and what they are, shape (K,)."""
 
     channel: str

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import MOST, Signals
 from bufferstand.evaluation.plausibility.channels import Channels
-from bufferstand.evaluation.plausibility.coded import Coded
+from bufferstand.evaluation.plausibility.coded import ErrorCodes
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.leave_out import left_out
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.ranks import median
@@ -30,7 +30,7 @@ _LEFT = 1e-6
 """So much of it, as a share of what the channel spans, is nothing."""
 
 
-def codes(look: Look) -> list[Finding]:
+def codes(look: RunView) -> list[Finding]:
     """Return the codes that were left out before cycles were looked for.
 
     Parameters
@@ -40,7 +40,7 @@ def codes(look: Look) -> list[Finding]:
     return [one.finding(look.touched_by(one.time_s, one.time_s)) for one in look.coded]
 
 
-def without_codes(seen: Channels) -> tuple[Channels, tuple[Coded, ...]]:
+def without_codes(seen: Channels) -> tuple[Channels, tuple[ErrorCodes, ...]]:
     """Return the channels without codes, and what there were.
 
     Parameters
@@ -54,7 +54,7 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[Coded, ...]]:
     """
     coded = {channel.name: channel.codes for channel in seen.all}
     found = tuple(
-        Coded(channel.name, channel.unit, channel.time_s[rows], channel.value[rows])
+        ErrorCodes(channel.name, channel.unit, channel.time_s[rows], channel.value[rows])
         for channel in seen.all
         if (rows := coded[channel.name]).size
     )

@@ -1,6 +1,6 @@
 """Plausibility of each channel and of the set of cycles: what on record no specimen and no motion make.
 
-Each detector is a pure function from a :class:`Look` to findings, in a module of its own;
+Each detector is a pure function from a :class:`RunView` to findings, in a module of its own;
 :data:`DETECTORS` lists them.
 """
 
@@ -20,13 +20,13 @@ from bufferstand.evaluation.plausibility.jumps import (
     jumps_in_newtons,
     jumps_of_turned_stroke,
 )
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.scale import implausible_units
 from bufferstand.evaluation.plausibility.signs import force_falls, turned_signs
 from bufferstand.evaluation.plausibility.spikes import spikes
 from bufferstand.evaluation.plausibility.unlike import unlike_cycles
 
-Detector = Callable[[Look], list[Finding]]
+Detector = Callable[[RunView], list[Finding]]
 DETECTORS: tuple[Detector, ...] = (
     codes,
     clipped,
@@ -50,7 +50,7 @@ force against the stroke, and of another unit or sign would find what is none.""
 _LEAST_SAMPLES = 8
 
 
-def look_for_implausible(look: Look) -> tuple[Finding, ...]:
+def look_for_implausible(look: RunView) -> tuple[Finding, ...]:
     """Return everything that speaks against a run, in the order of the detectors and of time.
 
     Parameters
@@ -82,7 +82,7 @@ def look_for_implausible(look: Look) -> tuple[Finding, ...]:
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
 
 
-def _as_it_moves(look: Look, found: Iterable[Finding]) -> Look:
+def _as_it_moves(look: RunView, found: Iterable[Finding]) -> RunView:
     """Return a run without the steps that held samples make, and with what is known of a frozen channel."""
     stood = [one for one in found if one.kind == "frozen" and one.quantity == "stroke"]
     if stood:

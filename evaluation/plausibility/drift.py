@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.plausibility.series import Series, series_of
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.plausibility.series import CycleSeries, series_of
 from bufferstand.foundation.ranks import median
 
 SHARE = 0.03
@@ -41,7 +41,7 @@ class _Pace(NamedTuple):
     u_kN: float
 
 
-def drift_of_loops(look: Look) -> list[Finding]:
+def drift_of_loops(look: RunView) -> list[Finding]:
     """Return whether the loops of a harmonic run drift.
 
     Parameters
@@ -81,12 +81,12 @@ def drift_of_loops(look: Look) -> list[Finding]:
     return [Finding("drift", "force", start_s, end_s, cycles, size, "kN", text, "spoils", whole_record=True)]
 
 
-def _has_loops(series: Series) -> bool:
+def _has_loops(series: CycleSeries) -> bool:
     """Say whether the force moves in every cycle: one that stands still drifts nowhere."""
     return bool(np.all(series.force_range > 0.0))
 
 
-def _pace(series: Series) -> _Pace:
+def _pace(series: CycleSeries) -> _Pace:
     first = _SETTLING if series.index.size >= 3 * _SETTLING else 0
     time = 0.5 * (series.start_s + series.end_s)[first:]
     share = series.force_range[first:] / series.force_range[first]

@@ -14,9 +14,23 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.leaps import BESIDE, Leap, goes_on, largest_leaps, may_leap, rings
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.plausibility.passes import Pass, Way, beyond_others, others_of, pass_of, ways_of
+from bufferstand.evaluation.plausibility.leaps import (
+    BESIDE,
+    SampleJump,
+    goes_on,
+    largest_leaps,
+    may_leap,
+    rings,
+)
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.plausibility.passes import (
+    HalfCycle,
+    Pass,
+    beyond_others,
+    others_of,
+    pass_of,
+    ways_of,
+)
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.plausibility.scale import STIFFEST
 from bufferstand.foundation.ranks import median, quantile
@@ -79,7 +93,7 @@ _STILL = 5e-5
 _STEADY = 0.4
 
 
-def force_jumps(look: Look) -> list[Finding]:
+def force_jumps(look: RunView) -> list[Finding]:
     """Return the instants at which the force jumps while neither stroke nor other strokes explain it.
 
     Parameters
@@ -118,7 +132,7 @@ def force_jumps(look: Look) -> list[Finding]:
     return [_finding(look, leap) for leap in sorted(jumps)] if len(jumps) <= _MOST else []
 
 
-def _rings(force: Samples, leap: Leap, ways: Sequence[Way]) -> bool:
+def _rings(force: Samples, leap: SampleJump, ways: Sequence[HalfCycle]) -> bool:
     """Say whether the force rings about a leap, away from the turns of its pass."""
     way = _way_of(force, leap, ways)
     if way is None:
@@ -127,7 +141,7 @@ def _rings(force: Samples, leap: Leap, ways: Sequence[Way]) -> bool:
     return rings(force, leap, slice(rows.start + AT_TURN, rows.stop - AT_TURN))
 
 
-def _of_force(force: Samples, leap: Leap) -> float:
+def _of_force(force: Samples, leap: SampleJump) -> float:
     """Return the share of the force at a leap from which on a small one counts [kN]; infinite: none does."""
     made_at_once = float(np.max(np.abs(np.diff(force.value[leap.first : leap.last + 1]))))
     if made_at_once < AT_ONCE * abs(leap.size):
@@ -135,18 +149,18 @@ def _of_force(force: Samples, leap: Leap) -> float:
     return OF_FORCE * float(np.max(np.abs(force.value[[leap.first, leap.last]])))
 
 
-def _is_spike(force: Samples, leap: Leap) -> bool:
+def _is_spike(force: Samples, leap: SampleJump) -> bool:
     """Say whether a leap is into or out of a sample that its neighbours deny."""
     at = int(np.searchsorted(force.lone, leap.first))
     return at < force.lone.size and int(force.lone[at]) <= leap.last
 
 
-def _rounded(force: Samples, leap: Leap) -> float:
+def _rounded(force: Samples, leap: SampleJump) -> float:
     """Return what a converter leaves of a motion [kN]: speeds beside a leap are whole steps of it, too."""
     return (STEPS + leap.last - leap.first) * force.sampling.step
 
 
-def _made_by_stroke(look: Look, leap: Leap) -> bool:
+def _made_by_stroke(look: RunView, leap: SampleJump) -> bool:
     """Say whether the stroke leaps there, too, by what makes such a change of force at the stiffness beside.
 
     A few samples a stroke, a sample that was taken late or again, show the motion as it is nowhere else.
@@ -172,7 +186,7 @@ def _made_by_stroke(look: Look, leap: Leap) -> bool:
     return abs(leap.size) < STIFFER * max(stiffness) * leapt_mm
 
 
-def _lone_size(look: Look, leaps: Sequence[Leap]) -> float:
+def _lone_size(look: RunView, leaps: Sequence[SampleJump]) -> float:
     """Return from which size on a leap of a harmonic run is one that neither its turns nor its noise make.
 
     What turns make they make in every cycle, so that only the first few leaps can be others.
@@ -183,7 +197,7 @@ def _lone_size(look: Look, leaps: Sequence[Leap]) -> float:
     return max(LONE_SHARE * look.force.span, LONE * abs(leaps[_MOST].size))
 
 
-def _is_lone(look: Look, leap: Leap, least: float) -> bool:
+def _is_lone(look: RunView, leap: SampleJump, least: float) -> bool:
     """Say whether a leap is large beyond all others, in even motion, and not at the least force on record.
 
     A damper's force leaps where its motion begins and ends.
@@ -210,7 +224,7 @@ def _is_lone(look: Look, leap: Leap, least: float) -> bool:
     return len(speeds) == 2 and 2.0 * abs(speeds[1] - speeds[0]) < EVEN * fastest
 
 
-def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way]) -> bool:
+def _is_jump(look: RunView, leap: SampleJump, leaps: Sequence[SampleJump], ways: Sequence[HalfCycle]) -> bool:
     force = look.force
     if _at_rest(look, leap):
         low = float(np.min(np.abs(force.value[[leap.first, leap.last]])))
@@ -231,7 +245,7 @@ def _is_jump(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way])
     return not others and _alone_in_pass(look, leap, leaps, way)
 
 
-def _is_beyond(look: Look, leap: Leap, ways: Sequence[Way]) -> bool:
+def _is_beyond(look: RunView, leap: SampleJump, ways: Sequence[HalfCycle]) -> bool:
     """Say whether other passes, with which it can be compared, are without a leap."""
     way = _way_of(look.force, leap, ways)
     if way is None:
@@ -240,12 +254,12 @@ def _is_beyond(look: Look, leap: Leap, ways: Sequence[Way]) -> bool:
     return bool(_beyond(look, leap, own, others_of(look, ways, way, own)))
 
 
-def _way_of(force: Samples, leap: Leap, ways: Sequence[Way]) -> Way | None:
+def _way_of(force: Samples, leap: SampleJump, ways: Sequence[HalfCycle]) -> HalfCycle | None:
     from_s, to_s = float(force.time_s[leap.first]), float(force.time_s[leap.last])
     return next((one for one in ways if one.start_s <= from_s and to_s <= one.end_s), None)
 
 
-def _against_friction(look: Look, leap: Leap, own: Pass) -> bool:
+def _against_friction(look: RunView, leap: SampleJump, own: Pass) -> bool:
     """Say whether a leap is near a turn and goes the other way than friction does that turns there."""
     areas_J = look.figures[:, 5]
     at_mm = float(look.stroke.at(look.force.time_s[[leap.first]])[0])
@@ -257,7 +271,7 @@ def _against_friction(look: Look, leap: Leap, own: Pass) -> bool:
     return (taken > 0.0 and high_mm - at_mm < near_mm) or (taken < 0.0 and at_mm - low_mm < near_mm)
 
 
-def _has_no_way(look: Look, leap: Leap) -> bool:
+def _has_no_way(look: RunView, leap: SampleJump) -> bool:
     """Say whether neither the way nor the change of speed at a leap could make it, however stiff it be."""
     force, stroke = look.force, look.stroke
     sides = (
@@ -280,7 +294,9 @@ def _has_no_way(look: Look, leap: Leap) -> bool:
     return abs(slopes[1] - slopes[0]) < SLOWED * fastest
 
 
-def _next_largest(look: Look, leap: Leap, leaps: Sequence[Leap], ways: Sequence[Way]) -> float:
+def _next_largest(
+    look: RunView, leap: SampleJump, leaps: Sequence[SampleJump], ways: Sequence[HalfCycle]
+) -> float:
     """Return the size of the largest other leap that is no contact [kN]."""
     for other in leaps:  # the largest first
         way = _way_of(look.force, other, ways)
@@ -294,7 +310,7 @@ def _is_pulled(force: Samples) -> bool:
     return -force.ends[0] > PULLED * force.ends[1] and force.ends[0] < 0.0
 
 
-def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
+def _is_contact(force: Samples, leap: SampleJump, way: HalfCycle, own: Pass) -> bool:
     """Say whether a leap is with the motion, and from or to the force at the released end of its pass.
 
     That is the low one; of a specimen that is pulled, or of a stroke with the other sign, the high one. A
@@ -316,7 +332,7 @@ def _is_contact(force: Samples, leap: Leap, way: Way, own: Pass) -> bool:
     return float(np.min(np.abs(ends_kN - released_kN))) < min(UNLOADED * force.span, near_kN)
 
 
-def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool | None:
+def _beyond(look: RunView, leap: SampleJump, own: Pass, others: Sequence[Pass]) -> bool | None:
     """Say whether the force leaves, with a leap, what it is at that stroke in most other passes.
 
     None: with no pass it can be compared there.
@@ -332,7 +348,7 @@ def _beyond(look: Look, leap: Leap, own: Pass, others: Sequence[Pass]) -> bool |
     return None
 
 
-def _stops(look: Look, leap: Leap, own: Pass) -> bool:
+def _stops(look: RunView, leap: SampleJump, own: Pass) -> bool:
     """Say whether the motion stops or starts at a leap, within its pass, and speed may have made it so.
 
     What of the force comes of the speed is let go against the way, and comes with it, which other passes that
@@ -363,7 +379,7 @@ def _goes_on_by(values_mm: FloatArray) -> float:
     return median(values_mm[-third:]) - median(values_mm[:third]) if third else float("nan")
 
 
-def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> bool:
+def _alone_in_pass(look: RunView, leap: SampleJump, leaps: Sequence[SampleJump], way: HalfCycle) -> bool:
     """Say whether a leap of a pass that no other is like, away from its turns, stands out from all others."""
     force = look.force
     from_s, to_s = float(force.time_s[leap.first]), float(force.time_s[leap.last])
@@ -384,7 +400,7 @@ def _alone_in_pass(look: Look, leap: Leap, leaps: Sequence[Leap], way: Way) -> b
     return abs(leap.size) > max(least, ALONE_IN_PASS * max(within, default=0.0))
 
 
-def _is_loaded(look: Look, leap: Leap, way: Way) -> bool:
+def _is_loaded(look: RunView, leap: SampleJump, way: HalfCycle) -> bool:
     """Say whether a leap is away from the low end of its pass, at which a specimen is met or left."""
     near_mm = TURN * abs(float(np.ptp(look.stroke.at(np.array([way.start_s, way.end_s])))))
     low_s = way.start_s if way.way > 0 else way.end_s
@@ -393,7 +409,7 @@ def _is_loaded(look: Look, leap: Leap, way: Way) -> bool:
     return bool(np.min(np.abs(look.stroke.at(at_s) - low_mm)) > near_mm)
 
 
-def _at_rest(look: Look, leap: Leap) -> bool:
+def _at_rest(look: RunView, leap: SampleJump) -> bool:
     """Say whether stroke and force stand still on both sides of a leap."""
     force, stroke = look.force, look.stroke
     sides = (
@@ -411,7 +427,7 @@ def _at_rest(look: Look, leap: Leap) -> bool:
     return max(float(np.ptp(force.value[side])) for side in sides) < _STEADY * abs(leap.size)
 
 
-def _finding(look: Look, leap: Leap) -> Finding:
+def _finding(look: RunView, leap: SampleJump) -> Finding:
     force = look.force
     at_s, end_s = float(force.time_s[leap.first]), float(force.time_s[-1])
     size = look.sign * leap.size

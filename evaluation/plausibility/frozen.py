@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bufferstand.evaluation.plausibility.clipped import NO_LOAD, clipped_again, pinned_rows
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.held import hold_of
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.foundation.ranks import quantile
 
@@ -32,7 +32,7 @@ _FASTEST = 0.999
 _AFTER = 3
 
 
-def frozen(look: Look) -> list[Finding]:
+def frozen(look: RunView) -> list[Finding]:
     """Return the stretches in which force or stroke are frozen.
 
     Parameters
@@ -82,7 +82,7 @@ def _stands(channel: Samples, other: Samples) -> bool:
     )
 
 
-def _standing(look: Look, channel: Samples, other: Samples) -> Finding:
+def _standing(look: RunView, channel: Samples, other: Samples) -> Finding:
     start_s, end_s = float(channel.time_s[0]), float(channel.time_s[-1])
     text = (
         f"{channel.name} stands still at {channel.value[0]:.6g} {channel.unit} to the last digit all along, "
@@ -130,7 +130,7 @@ def _turns(channel: Samples, other: Samples, last: int) -> bool:
     return bool((at - before) * (after - at) < 0.0)
 
 
-def _finding(look: Look, channel: Samples, other: Samples, first: int, last: int, moved: float) -> Finding:
+def _finding(look: RunView, channel: Samples, other: Samples, first: int, last: int, moved: float) -> Finding:
     start_s, end_s = float(channel.time_s[first]), float(channel.time_s[last])
     text = (
         f"{channel.name} frozen: {last - first + 1} samples from {start_s:.6g} to {end_s:.6g} s stay at "

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.document_types import Effect
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.foundation.ranks import median, quantile
 
@@ -60,7 +60,7 @@ class _Hold:
         return 0.5 * (self.rows - 1.0) * self.step_s
 
 
-def held(look: Look) -> list[Finding]:
+def held(look: RunView) -> list[Finding]:
     """Return the channels whose values are held.
 
     Parameters
@@ -201,7 +201,7 @@ def _changes(channel: Samples) -> NDArray[np.intp]:
     return np.flatnonzero(np.diff(channel.value) != 0.0) + 1
 
 
-def _finding(look: Look, channel: Samples, hold: _Hold, *, together: bool) -> Finding:
+def _finding(look: RunView, channel: Samples, hold: _Hold, *, together: bool) -> Finding:
     share = _share_of_area(look, hold.late_s)
     effect: Effect = "spoils"
     if together:
@@ -233,13 +233,13 @@ def _finding(look: Look, channel: Samples, hold: _Hold, *, together: bool) -> Fi
     )
 
 
-def _stated_s(look: Look) -> float:
+def _stated_s(look: RunView) -> float:
     """Return the uncertainty that is stated of the delays of both channels [s]."""
     stated = (look.facts.force_uncertainty, *look.facts.stroke_uncertainty)
     return hypot(*(one.u_delay_s or 0.0 for one in stated if one is not None))
 
 
-def _share_of_area(look: Look, late_s: float) -> float | None:
+def _share_of_area(look: RunView, late_s: float) -> float | None:
     """Return by which share of itself lateness changes the loop area most, ωτ / tan δ."""
     shares = []
     for result in look.results:

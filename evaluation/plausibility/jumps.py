@@ -11,9 +11,9 @@ from bufferstand.evaluation.cycles import SLIPPED
 from bufferstand.evaluation.plausibility.drift import drift_of_loops
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.force_jumps import force_jumps
-from bufferstand.evaluation.plausibility.leaps import Leap, goes_on, largest_leaps, may_leap
+from bufferstand.evaluation.plausibility.leaps import SampleJump, goes_on, largest_leaps, may_leap
 from bufferstand.evaluation.plausibility.levels import level_jumps
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.plausibility.zero import (
     zero_beside_turned_stroke,
@@ -43,7 +43,7 @@ _LOOKED_AT = _MOST + 3
 _STEPS_LOOKED_AT = 20_000
 
 
-def jumps(look: Look) -> list[Finding]:
+def jumps(look: RunView) -> list[Finding]:
     """Return jumps of the stroke and of the force, and a force whose zero is off or moves.
 
     One fault shows in several ways, of which the most direct is told: the instant of a jump, else the force
@@ -62,7 +62,7 @@ def jumps(look: Look) -> list[Finding]:
     return _jumps(look, zero_of_force)
 
 
-def jumps_in_newtons(look: Look) -> list[Finding]:
+def jumps_in_newtons(look: RunView) -> list[Finding]:
     """Return those that a wrong unit of the force leaves: limits stated in kN say nothing then.
 
     What of loops that move is within the stated zero is not known.
@@ -70,22 +70,22 @@ def jumps_in_newtons(look: Look) -> list[Finding]:
     return _jumps(look, zero_in_wrong_unit, loops=False)
 
 
-def jumps_of_turned_stroke(look: Look) -> list[Finding]:
+def jumps_of_turned_stroke(look: RunView) -> list[Finding]:
     """Return those that a wrong sign of the stroke leaves: its highest place is the release then."""
     return _jumps(look, zero_beside_turned_stroke)
 
 
-def jumps_in_metres(look: Look) -> list[Finding]:
+def jumps_in_metres(look: RunView) -> list[Finding]:
     """Return those that a wrong unit of the stroke or sign of the force leaves: of rests, drifts alone."""
     return _jumps(look, _drift_in_metres)
 
 
-def _drift_in_metres(look: Look, found: Sequence[Finding]) -> list[Finding]:
+def _drift_in_metres(look: RunView, found: Sequence[Finding]) -> list[Finding]:
     return [one for one in zero_in_wrong_unit(look, found) if one.kind == "drift"]
 
 
 def _jumps(
-    look: Look, at_rests: Callable[[Look, Sequence[Finding]], list[Finding]], *, loops: bool = True
+    look: RunView, at_rests: Callable[[RunView, Sequence[Finding]], list[Finding]], *, loops: bool = True
 ) -> list[Finding]:
     """Return jumps, what rests tell of the zero, and of a harmonic run what ``loops`` tell of it."""
     found = stroke_jumps(look)
@@ -100,7 +100,7 @@ def _jumps(
     return _with_gains(look, zero) or (drift_of_loops(look) if loops else [])
 
 
-def _with_gains(look: Look, zero: list[Finding]) -> list[Finding]:
+def _with_gains(look: RunView, zero: list[Finding]) -> list[Finding]:
     """Return what is wrong with the force's zero, and what changes from cycle to cycle besides.
 
     A zero that is off or wanders moves both ends of a loop, but not its range.
@@ -108,14 +108,14 @@ def _with_gains(look: Look, zero: list[Finding]) -> list[Finding]:
     return [*zero, *(one for one in level_jumps(look) if not zero or one.kind == "gain-jump")]
 
 
-def stroke_jumps(look: Look) -> list[Finding]:
+def stroke_jumps(look: RunView) -> list[Finding]:
     """Return the jumps of the stroke, of each draw wire by itself."""
     return [
         _of_stroke(look, channel, leap) for channel in look.strokes for leap in _stroke_leaps(look, channel)
     ]
 
 
-def slips_s(look: Look) -> tuple[float, ...]:
+def slips_s(look: RunView) -> tuple[float, ...]:
     """Return when the stroke jumps [s], where a jump makes strokes that are none.
 
     It does where it goes against the motion: then two turning points lie next to each other.
@@ -135,7 +135,7 @@ def slips_s(look: Look) -> tuple[float, ...]:
     return tuple(finding.start_s for finding in stroke_jumps(look))
 
 
-def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
+def _stroke_leaps(look: RunView, channel: Samples) -> list[SampleJump]:
     """Return the leaps that no motion of the record comes near to, in order of time."""
     if not may_leap(channel, SHARE * channel.span):
         return []
@@ -157,7 +157,7 @@ def _stroke_leaps(look: Look, channel: Samples) -> list[Leap]:
     return sorted(found)
 
 
-def _moves_force(look: Look, channel: Samples, leap: Leap) -> bool:
+def _moves_force(look: RunView, channel: Samples, leap: SampleJump) -> bool:
     """Say whether the force leaps with a stroke: a machine goes from step to step as fast as it can."""
     width = leap.last - leap.first
     rows = np.array([leap.first - 2 * width, leap.first - width, leap.last + width, leap.last + 2 * width])
@@ -178,7 +178,7 @@ def _fast(channel: Samples) -> float:
     return quantile(moved[lasts_s > 0.0] / lasts_s[lasts_s > 0.0], 0.95)
 
 
-def _of_stroke(look: Look, channel: Samples, leap: Leap) -> Finding:
+def _of_stroke(look: RunView, channel: Samples, leap: SampleJump) -> Finding:
     at_s, end_s = float(channel.time_s[leap.first]), float(channel.time_s[-1])
     text = (
         f"{channel.name} jumps by {leap.size:+.3g} mm at {at_s:.6g} s, within {leap.last - leap.first} "

@@ -41,7 +41,7 @@ _CHUNKS = 2
 those with the largest second differences."""
 
 
-class Leap(NamedTuple):
+class SampleJump(NamedTuple):
     """A leap from sample ``first`` to sample ``last``: ``size`` is what the motion leaves of the step."""
 
     first: int
@@ -49,7 +49,7 @@ class Leap(NamedTuple):
     size: float
 
 
-def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> list[Leap]:
+def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> list[SampleJump]:
     """Return the largest leaps of a channel, the largest first, none beside another.
 
     Parameters
@@ -67,7 +67,7 @@ def largest_leaps(channel: Samples, breaks_s: Sequence[float], count: int) -> li
         for width in WIDTHS
         for leap in _leaps(channel, part, width, 8 * count)
     ]
-    leaps: list[Leap] = []
+    leaps: list[SampleJump] = []
     beside: set[int] = set()
     for leap in sorted(found, key=_order):
         if leap.first in beside or any(
@@ -126,7 +126,7 @@ def _unlike(channel: Samples) -> float:
     return most + (channel.unevenness - 1.0) * float(np.max(channel.scan.step))
 
 
-def goes_on(channel: Samples, leap: Leap) -> bool:
+def goes_on(channel: Samples, leap: SampleJump) -> bool:
     """Say whether a channel moves evenly before and after a leap, and so goes on from where it arrived.
 
     With a few samples a stroke the motion itself leaps: the steps beside a leap must be like each other. A
@@ -139,7 +139,7 @@ def goes_on(channel: Samples, leap: Leap) -> bool:
     return max(float(np.ptp(before)), float(np.ptp(after))) < _EVEN * abs(leap.size)
 
 
-def rings(channel: Samples, leap: Leap, within: slice) -> bool:
+def rings(channel: Samples, leap: SampleJump, within: slice) -> bool:
     """Say whether a channel goes to and fro beside a leap by as much: a stick that slips, play that closes.
 
     Parameters
@@ -164,7 +164,7 @@ def _to_and_fro(value: FloatArray) -> float:
     return min(rise, float(np.max(np.maximum.accumulate(value) - value)))
 
 
-def _order(leap: Leap) -> float:
+def _order(leap: SampleJump) -> float:
     return -abs(leap.size) / (1.0 if leap.last - leap.first == WIDTHS[0] else _WIDER)
 
 
@@ -217,7 +217,7 @@ def _lasting(step_s: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(step_s, np.finfo(np.float64).tiny))
 
 
-def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
+def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[SampleJump]:
     """Return the largest of what steps over ``width`` samples leave when the motion on either side is off."""
     whole = part == slice(0, channel.value.size)
     size = _sizes(channel, width) if whole else _left(channel, part, width)
@@ -240,7 +240,7 @@ def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Leap]:
     moves = np.maximum(np.abs(one), np.abs(two)) * own
     told = (own <= _LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond)) & (beyond != 0.0)
     return [
-        Leap(at, at + width, size)
+        SampleJump(at, at + width, size)
         for at, size in zip(first[told].tolist(), beyond[told].tolist(), strict=True)
     ]
 

@@ -16,9 +16,9 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.passes import pass_of, ways_of
-from bufferstand.evaluation.plausibility.series import Series, series_of
+from bufferstand.evaluation.plausibility.series import CycleSeries, series_of
 from bufferstand.evaluation.plausibility.springs import (
     FIRST_SOFTER,
     HARDER,
@@ -53,7 +53,7 @@ _NEAR = 4
 _CLEARER = 1.15
 
 
-class Step(NamedTuple):
+class LevelChange(NamedTuple):
     """A level that changes between row ``last`` and row ``first`` of a series, by ``size``."""
 
     last: int
@@ -61,7 +61,7 @@ class Step(NamedTuple):
     size: float
 
 
-def level_jumps(look: Look) -> list[Finding]:
+def level_jumps(look: RunView) -> list[Finding]:
     """Return where the forces of like cycles step from one to the next.
 
     Parameters
@@ -84,7 +84,7 @@ def level_jumps(look: Look) -> list[Finding]:
     return found
 
 
-def _at_one_stroke(look: Look, series: Series) -> Series:
+def _at_one_stroke(look: RunView, series: CycleSeries) -> CycleSeries:
     """Return single strokes with the force at one stroke that all reach for their greatest one.
 
     They end where the stand happens to end them, and are stiffest there.
@@ -102,7 +102,7 @@ def _at_one_stroke(look: Look, series: Series) -> Series:
     return replace(series, upper_kN=np.array(upper_kN))
 
 
-def _candidates(level: FloatArray, least: float) -> Iterator[tuple[Step, float]]:
+def _candidates(level: FloatArray, least: float) -> Iterator[tuple[LevelChange, float]]:
     """Return the larger changes of a level, each with the largest change between cycles beside it.
 
     Over one boundary or over a cycle between: the one in which something happened is neither like those
@@ -115,10 +115,10 @@ def _candidates(level: FloatArray, least: float) -> Iterator[tuple[Step, float]]
             before, after = level[max(0, last - _NEAR) : last + 1], level[first : first + _NEAR + 1]
             beside = np.concatenate((np.diff(before), np.diff(after)))
             wander = gap * float(np.max(np.abs(beside))) if beside.size else np.nan
-            yield Step(last, first, float(change[last])), wander
+            yield LevelChange(last, first, float(change[last])), wander
 
 
-def _gain_step(series: Series, *, single: bool) -> Step | None:
+def _gain_step(series: CycleSeries, *, single: bool) -> LevelChange | None:
     """Return the clearest step of the force range (logarithm) that the area goes along with."""
     if np.any(series.force_range <= 0.0) or np.any(series.absorbed_J <= 0.0):
         return None
@@ -138,7 +138,7 @@ def _gain_step(series: Series, *, single: bool) -> Step | None:
     return best
 
 
-def _by_heat(series: Series, step: Step, *, single: bool) -> float:
+def _by_heat(series: CycleSeries, step: LevelChange, *, single: bool) -> float:
     """Return what the temperature of the specimen may make of a change; unknown, what it may have been."""
     heat_K = float(series.temperature_C[step.first] - series.temperature_C[step.last])
     if np.isnan(heat_K):  # strokes warm a spring: none is harder by it
@@ -146,7 +146,7 @@ def _by_heat(series: Series, step: Step, *, single: bool) -> float:
     return PER_K * abs(heat_K) if abs(heat_K) > STEADY_K else 0.0
 
 
-def _least_of_single(series: Series, step: Step) -> float:
+def _least_of_single(series: CycleSeries, step: LevelChange) -> float:
     """Return from which size on a change between two single strokes is none of the spring."""
     pauses = series.pause_s[step.last + 1 : step.first + 1]
     before_s = float(series.pause_s[step.last])
@@ -158,7 +158,7 @@ def _least_of_single(series: Series, step: Step) -> float:
     return TIRED if LONGER * float(np.min(pauses)) < before_s else SOFTER_SINGLE
 
 
-def _offset_step(series: Series) -> Step | None:
+def _offset_step(series: CycleSeries) -> LevelChange | None:
     """Return the clearest step of both ends of the loop by the same [kN], the area left as it is."""
     middle, area = series.middle, np.abs(series.absorbed_J)
     scale = median(series.force_range)
@@ -173,14 +173,20 @@ def _offset_step(series: Series) -> Step | None:
     return best
 
 
-def _clearer(best: Step | None, step: Step, least: float) -> Step | None:
+def _clearer(best: LevelChange | None, step: LevelChange, least: float) -> LevelChange | None:
     if abs(step.size) <= least or (best is not None and abs(step.size) <= _CLEARER * abs(best.size)):
         return best
     return step
 
 
 def _finding(
-    look: Look, series: Series, step: Step, kind: FindingKind, size: float, unit: str, change: str
+    look: RunView,
+    series: CycleSeries,
+    step: LevelChange,
+    kind: FindingKind,
+    size: float,
+    unit: str,
+    change: str,
 ) -> Finding:
     last, first = int(series.index[step.last]), int(series.index[step.first])
     from_s, to_s = float(series.end_s[step.last]), float(series.start_s[step.first])

@@ -12,14 +12,14 @@ from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.facts.draw_wires import DrawWires
 from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.channels import Channels
-from bufferstand.evaluation.plausibility.coded import Coded
+from bufferstand.evaluation.plausibility.coded import ErrorCodes
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class RunView:
     """A run as detectors see it.
 
     Attributes
@@ -53,17 +53,17 @@ class Look:
     facts: RunFacts
     wires: DrawWires | None = None
     given: Channels | None = None
-    coded: tuple[Coded, ...] = ()
+    coded: tuple[ErrorCodes, ...] = ()
     clipped: Mapping[str, frozenset[int]] = field(default_factory=dict)
     frozen_s: tuple[tuple[float, float], ...] = ()
     stood: frozenset[int] = frozenset()
     turned: bool = False
 
-    def without_repeats(self, held: Iterable[str]) -> Look:
+    def without_repeats(self, held: Iterable[str]) -> RunView:
         """Return the run as it is with each value of these channels once."""
         return replace(self, given=Channels(self.samples, frozenset(held)))
 
-    def with_force_turned(self) -> Look:
+    def with_force_turned(self) -> RunView:
         """Return the run as it is with the other sign of the force."""
         samples = _turned(self.samples)
         return replace(self, samples=samples, record=_turned(self.record), given=None, turned=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from bufferstand.evaluation.plausibility.reads import Spoiled, summary_without_claims
+from bufferstand.evaluation.plausibility.reads import SpoiledFigures, summary_without_claims
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.steps.divide import Division, divide
-from bufferstand.evaluation.steps.sum_up import SummedUp
+from bufferstand.evaluation.steps.sum_up import StepFigures
 from bufferstand.foundation.kind import Kind
 
 
@@ -16,7 +16,7 @@ def division_without(
     kind: Kind,
     results: Sequence[CycleResult],
     numbered: Callable[[Sequence[int]], str],
-    spoiled: Spoiled,
+    spoiled: SpoiledFigures,
 ) -> Division:
     """Return the steps of a run, whose means are of cycles that are not spoiled where there are any.
 
@@ -47,7 +47,9 @@ def division_without(
     return replace(division, parts=tuple(parts), why=tuple(why))
 
 
-def summed_without_claims(whole: SummedUp, spoiled: Spoiled, complete: Sequence[int]) -> SummedUp:
+def summed_without_claims(
+    whole: StepFigures, spoiled: SpoiledFigures, complete: Sequence[int]
+) -> StepFigures:
     """Return what stands for a run without the uncertainties of means of spoiled cycles.
 
     What a channel shows that is not to be believed has an error that no certificate states: budget, shared
@@ -97,7 +99,7 @@ def summed_without_claims(whole: SummedUp, spoiled: Spoiled, complete: Sequence[
     )
 
 
-def unfit_warnings(whole: SummedUp) -> list[str]:
+def unfit_warnings(whole: StepFigures) -> list[str]:
     """Return that means are of spoiled cycles, and what follows of it."""
     text = "all its cycles are spoiled: its means stay, without uncertainties, and are left out of trends"
     if whole.steps:

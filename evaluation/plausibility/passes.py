@@ -9,7 +9,7 @@ import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 
 _NEAR = 24
 """So many passes nearest in time are compared with."""
@@ -24,7 +24,7 @@ _TURN = 0.15
 """Within this share of its range from the turn at which it begins, a pass depends on the way since then."""
 
 
-class Way(NamedTuple):
+class HalfCycle(NamedTuple):
     """One way of a cycle, ``way`` +1 loading or -1 unloading, from and to the middle of its dwells [s]."""
 
     cycle: int
@@ -41,18 +41,18 @@ class Pass(NamedTuple):
     force_kN: FloatArray
 
 
-def ways_of(cycles: Sequence[Cycle]) -> list[Way]:
+def ways_of(cycles: Sequence[Cycle]) -> list[HalfCycle]:
     """Return every way of every cycle, in order of time; what rests between two ways is halved."""
     ways = []
     for cycle in cycles:
         start_s, top_s, end_s = (
             0.5 * (turn.time_s + turn.leave_s) for turn in (cycle.start, cycle.top, cycle.end)
         )
-        ways += [Way(cycle.index, 1, start_s, top_s), Way(cycle.index, -1, top_s, end_s)]
+        ways += [HalfCycle(cycle.index, 1, start_s, top_s), HalfCycle(cycle.index, -1, top_s, end_s)]
     return ways
 
 
-def pass_of(look: Look, way: Way) -> Pass:
+def pass_of(look: RunView, way: HalfCycle) -> Pass:
     """Return one way of a cycle as it was recorded."""
     rows = look.stroke.rows(way.start_s, way.end_s)
     every = max(1, (rows.stop - rows.start) // _MOST)
@@ -61,7 +61,7 @@ def pass_of(look: Look, way: Way) -> Pass:
     return Pass(way.way, np.maximum.accumulate(stroke_mm[order]), look.force.at(time_s)[order])
 
 
-def others_of(look: Look, ways: Sequence[Way], way: Way, own: Pass) -> list[Pass]:
+def others_of(look: RunView, ways: Sequence[HalfCycle], way: HalfCycle, own: Pass) -> list[Pass]:
     """Return the passes in the same direction that reach as far as one does, the nearest in time first."""
     if own.stroke_mm.size < _FEWEST:
         return []

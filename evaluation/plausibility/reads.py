@@ -45,7 +45,7 @@ def read_from(identity: str) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Spoiled:
+class SpoiledFigures:
     """What the findings of a run take from its figures and rows."""
 
     findings: tuple[Finding, ...] = ()
@@ -102,7 +102,7 @@ class Spoiled:
         return frozenset(name for name in names if QUANTITIES.named(name).reads & spoiled)
 
 
-def without_claims(results: Sequence[CycleResult], spoiled: Spoiled) -> list[CycleResult]:
+def without_claims(results: Sequence[CycleResult], spoiled: SpoiledFigures) -> list[CycleResult]:
     """Return cycles without the uncertainties of figures that are spoiled: no channel states their error."""
     if not spoiled.spoiling:
         return list(results)
@@ -118,7 +118,7 @@ def without_claims(results: Sequence[CycleResult], spoiled: Spoiled) -> list[Cyc
     return found
 
 
-def summary_without_claims(summary: Summary, spoiled: Spoiled) -> Summary:
+def summary_without_claims(summary: Summary, spoiled: SpoiledFigures) -> Summary:
     """Return a summary without the uncertainties of means of spoiled figures."""
     out = spoiled.figures(summary.values, summary.cycles_used)
     if not out:
@@ -132,12 +132,12 @@ def summary_without_claims(summary: Summary, spoiled: Spoiled) -> Summary:
     return replace(summary, values=values)
 
 
-def doubted(extremes: Mapping[str, Extreme], spoiled: Spoiled) -> dict[str, Extreme]:
+def doubted(extremes: Mapping[str, Extreme], spoiled: SpoiledFigures) -> dict[str, Extreme]:
     """Return extremes, with a doubt where a finding is at their moment or of the whole record."""
     return {name: _doubted(extreme, spoiled) for name, extreme in extremes.items()}
 
 
-def _doubted(extreme: Extreme, spoiled: Spoiled) -> Extreme:
+def _doubted(extreme: Extreme, spoiled: SpoiledFigures) -> Extreme:
     if extreme.doubt or extreme.time_s is None:
         return extreme
     quantity = extreme.channel.split("_", maxsplit=1)[0]

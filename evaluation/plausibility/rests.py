@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.foundation.ranks import median
 
@@ -28,7 +28,7 @@ _FROZEN = 0.3
 rest in which this share of them is holds the end of a frozen stretch."""
 
 
-class Rest(NamedTuple):
+class UnloadedRest(NamedTuple):
     """A rest, its first third left out (a specimen relaxes in it), in two halves.
 
     ``times_s`` are their middles, ``levels_kN`` their medians, ``u_kN`` the standard deviation of a median.
@@ -40,7 +40,7 @@ class Rest(NamedTuple):
     u_kN: float
 
 
-def rests_of(look: Look, jumps: Sequence[Finding] = (), *, turned: bool = False) -> list[Rest]:
+def rests_of(look: RunView, jumps: Sequence[Finding] = (), *, turned: bool = False) -> list[UnloadedRest]:
     """Return the rests at the lowest place at which the stroke rests, in order of time.
 
     Parameters
@@ -71,7 +71,7 @@ def rests_of(look: Look, jumps: Sequence[Finding] = (), *, turned: bool = False)
         at_mm -= sum((jump.size or 0.0) for jump in jumps if jump.start_s < times_s[0]) / len(look.strokes)
         at_mm = -at_mm if turned else at_mm
         u_kN = 1.25 * force.sampling.sigma / float(np.sqrt(third))
-        found.append(Rest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
+        found.append(UnloadedRest(at_mm, (times_s[0], times_s[1]), (levels_kN[0], levels_kN[1]), u_kN))
     lowest_mm = min((rest.stroke_mm for rest in found), default=0.0)
     return [rest for rest in found if rest.stroke_mm - lowest_mm <= ALIKE_MM]
 

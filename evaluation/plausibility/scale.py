@@ -12,7 +12,7 @@ import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.passes import pass_of, ways_of
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.foundation.ranks import median
@@ -57,7 +57,7 @@ class _Suspect(NamedTuple):
     why: str
 
 
-def implausible_units(look: Look) -> list[Finding]:
+def implausible_units(look: RunView) -> list[Finding]:
     """Return the channels whose unit or scale cannot be what is stated.
 
     Where a record has no facts of its specimen, only the absolute bounds apply.
@@ -77,7 +77,7 @@ def _ends(channel: Samples) -> tuple[float, float]:
     return channel.share(0.005), channel.share(0.995)
 
 
-def _absolute(look: Look) -> Iterator[_Suspect]:
+def _absolute(look: RunView) -> Iterator[_Suspect]:
     """Beyond any stand, or beyond the own one."""
     low, high = _ends(look.force)
     peak_kN, own_kN = max(abs(low), abs(high)), look.facts.force_limit_kN
@@ -96,7 +96,7 @@ def _absolute(look: Look) -> Iterator[_Suspect]:
         yield _Suspect("stroke", range_mm, "mm", why)
 
 
-def _length_mm(look: Look) -> float | None:
+def _length_mm(look: RunView) -> float | None:
     """Return the stroke that a buffer or a draw gear has; None of others, and where it is not known."""
     stated = look.facts.specimen
     length = stated.get("max_stroke_mm")
@@ -104,7 +104,7 @@ def _length_mm(look: Look) -> float | None:
     return float(length) if known and isinstance(length, int | float) else None
 
 
-def _of_specimen(look: Look) -> Iterator[_Suspect]:
+def _of_specimen(look: RunView) -> Iterator[_Suspect]:
     """Longer than the specimen has stroke, or cycles that are next to nothing of it."""
     length_mm = _length_mm(look)
     if length_mm is None:
@@ -121,7 +121,7 @@ def _of_specimen(look: Look) -> Iterator[_Suspect]:
         yield _Suspect("stroke", range_mm, "mm", why)
 
 
-def _as_found(look: Look) -> float:
+def _as_found(look: RunView) -> float:
     """Return the median stiffness of cycles as they were found, with figures or without [kN/mm]; 0: of none.
 
     Their force at the top less that at both ends: a force that only relaxes makes nothing of that.
@@ -135,7 +135,7 @@ def _as_found(look: Look) -> float:
     return float(np.median(np.abs(top - 0.5 * (low + back)) / ranges_mm))
 
 
-def _of_plan(look: Look) -> Iterator[_Suspect]:
+def _of_plan(look: RunView) -> Iterator[_Suspect]:
     """Another amplitude than the step that was planned."""
     planned = look.facts.step.get("amplitude_mm")
     if look.facts.kind != "harmonic" or not isinstance(planned, int | float) or planned <= 0.0:
@@ -149,7 +149,7 @@ def _of_plan(look: Look) -> Iterator[_Suspect]:
         yield _Suspect("stroke", amplitude_mm, "mm", why)
 
 
-def _stiffness(look: Look) -> Iterator[_Suspect]:
+def _stiffness(look: RunView) -> Iterator[_Suspect]:
     """Stiffer than any buffer or draw gear."""
     length_mm = _length_mm(look)
     if length_mm is None:
@@ -172,7 +172,7 @@ def _stiffness(look: Look) -> Iterator[_Suspect]:
         yield _Suspect(channel, stiffness, "kN/mm", why)
 
 
-def _both_ways(look: Look) -> Iterator[_Suspect]:
+def _both_ways(look: RunView) -> Iterator[_Suspect]:
     """A damper of more force than any of the field, at its speed."""
     table = look.whole_figures
     if look.facts.kind != "harmonic" or _length_mm(look) is None or not table.size:
@@ -186,7 +186,7 @@ def _both_ways(look: Look) -> Iterator[_Suspect]:
         yield _Suspect("force", most_kN, "kN", why)
 
 
-def _up_to_the_cut(look: Look) -> tuple[float, float]:
+def _up_to_the_cut(look: RunView) -> tuple[float, float]:
     """Return range [mm] and stiffness [kN/mm], the medians of ways in up to where the stroke is clipped."""
     found = []
     for way in ways_of([result.cycle for result in look.results]):
@@ -205,13 +205,13 @@ def _up_to_the_cut(look: Look) -> tuple[float, float]:
     return median(ranges_mm), median(stiffnesses)
 
 
-def _cut_in_force(look: Look) -> FloatArray:
+def _cut_in_force(look: RunView) -> FloatArray:
     """Return the figures of cycles whose force alone is clipped: they are stiffer than what is on record."""
     table = look.figures
     return table[~np.isin(table[:, 0], [*look.clipped.get("stroke", ())])]
 
 
-def _static_forces(look: Look) -> Iterator[_Suspect]:
+def _static_forces(look: RunView) -> Iterator[_Suspect]:
     """Statically far from what any buffer of this stroke has, wherever it is looked at."""
     length_mm = _length_mm(look)
     if look.facts.kind != "static" or look.facts.specimen.get("kind") != "buffer" or length_mm is None:
@@ -239,7 +239,7 @@ def _ranges(windows: list[tuple[float, float, float]]) -> str:
     return ", ".join(f"{window[1]:.0f} to {window[2]:.0f}" for window in windows)
 
 
-def _finding(look: Look, suspect: _Suspect) -> Finding:
+def _finding(look: RunView, suspect: _Suspect) -> Finding:
     text = (
         f"{suspect.channel} has the wrong unit or factor: {suspect.why}; name the unit and import the record "
         f"again (--unit {suspect.channel}=…), or mend the calibration"

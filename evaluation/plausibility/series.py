@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 
 _ENDS = 0.02
 """Cycles that follow each other are alike if both ends of the stroke agree within this share of it …"""
@@ -21,7 +21,7 @@ _FEWEST = 24
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
+class CycleSeries:
     """Like cycles that follow each other, shape (C,) each.
 
     ``lower_kN`` and ``upper_kN`` are the least and the greatest force, ``pause_s`` is the rest before,
@@ -48,7 +48,7 @@ class Series:
         return 0.5 * (self.upper_kN + self.lower_kN)
 
 
-def series_of(look: Look, *, whole_only: bool = False) -> list[Series]:
+def series_of(look: RunView, *, whole_only: bool = False) -> list[CycleSeries]:
     """Return the complete cycles of a run, cut where a cycle is not like the one before it.
 
     Parameters
@@ -67,7 +67,7 @@ def series_of(look: Look, *, whole_only: bool = False) -> list[Series]:
         return []
     cuts = np.flatnonzero(_differ(table, harmonic=look.facts.kind == "harmonic")) + 1
     return [
-        Series(part[:, 0].astype(np.intp), *part[:, [1, 2, 3, 4, 5, 6, 10]].T)
+        CycleSeries(part[:, 0].astype(np.intp), *part[:, [1, 2, 3, 4, 5, 6, 10]].T)
         for part in np.split(table, cuts)
     ]
 

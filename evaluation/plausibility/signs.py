@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 
 MOSTLY = 2.0
@@ -20,7 +20,7 @@ _LOOKED_AT = 20_000
 _MOST = (0.01, 0.99)
 
 
-def turned_signs(look: Look) -> list[Finding]:
+def turned_signs(look: RunView) -> list[Finding]:
     """Return the channels whose sign is turned.
 
     A draw gear that is pulled, and a damper that works both ways, are none. Both turned at once look like a
@@ -55,7 +55,7 @@ def _is_negative(channel: Samples) -> bool:
     return low < 0.0 and -low > MOSTLY * max(high, 0.0)
 
 
-def force_falls(look: Look) -> bool:
+def force_falls(look: RunView) -> bool:
     """Say whether the force falls as the stroke rises."""
     every = -(-look.record.force_kN.size // _LOOKED_AT)
     force, stroke = look.record.force_kN[::every], look.record.stroke_mm[::every]
@@ -64,14 +64,14 @@ def force_falls(look: Look) -> bool:
     return spread > 0.0 and float(np.dot(force, stroke)) < FALLS * spread
 
 
-def _runs_backwards(look: Look) -> bool:
+def _runs_backwards(look: RunView) -> bool:
     _, _, _, lower_kN, upper_kN, absorbed_J, _, _, range_mm, _, _ = look.whole_figures.T
     box_J = range_mm * (upper_kN - lower_kN)
     turned = absorbed_J[box_J > 0.0] < -TURNED * box_J[box_J > 0.0]
     return bool(turned.size) and float(np.mean(turned)) >= MOST_CYCLES
 
 
-def _finding(look: Look, name: str, why: str) -> Finding:
+def _finding(look: RunView, name: str, why: str) -> Finding:
     text = (
         f"{name} has the wrong sign: {why}; compression is positive: import the record again with "
         f"--invert {name}, or mend the wiring or the calibration"

@@ -14,7 +14,7 @@ from bufferstand.evaluation.document_types import Effect
 from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.finding import Finding
 from bufferstand.evaluation.plausibility.leave_out import left_out
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.ranks import median
@@ -35,7 +35,7 @@ _MOST = 12
 """So many findings a channel; what is left makes one more."""
 
 
-def spikes(look: Look) -> list[Finding]:
+def spikes(look: RunView) -> list[Finding]:
     """Return the spikes of force and stroke, those of one cycle together.
 
     Parameters
@@ -138,7 +138,7 @@ def is_left_out(seen: Channels, channel: Samples) -> bool:
     return seen.record.averaged == 1 and 0 < count <= max(2, MOST_LEFT_OUT * channel.value.size)
 
 
-def _grouped(look: Look, channel: Samples, rows: IndexArray) -> list[Finding]:
+def _grouped(look: RunView, channel: Samples, rows: IndexArray) -> list[Finding]:
     groups: dict[tuple[int, ...], list[int]] = {}
     for row in rows.tolist():
         at_s = float(channel.time_s[row])

@@ -6,8 +6,8 @@ import numpy as np
 
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.plausibility.series import Series, series_of
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.plausibility.series import CycleSeries, series_of
 from bufferstand.foundation.ranks import median
 
 SHARE = 0.05
@@ -22,7 +22,7 @@ _PAUSE_S = 60.0
 """After a longer rest a spring has recovered: the cycle after it is another."""
 
 
-def unlike_cycles(look: Look) -> list[Finding]:
+def unlike_cycles(look: RunView) -> list[Finding]:
     """Return cycles whose area or force range is far off those of the cycles before and after them.
 
     Parameters
@@ -38,7 +38,7 @@ def unlike_cycles(look: Look) -> list[Finding]:
     return _once(found)
 
 
-def _outliers(series: Series, level: FloatArray) -> list[tuple[int, float]]:
+def _outliers(series: CycleSeries, level: FloatArray) -> list[tuple[int, float]]:
     """Return (row, share by which it is off) of cycles that differ from two on either side."""
     scale = median(np.abs(level))
     rows = np.arange(_BESIDE, level.size - _BESIDE)
@@ -66,7 +66,7 @@ def _once(found: list[Finding]) -> list[Finding]:
     return list(by_cycle.values())
 
 
-def _finding(series: Series, name: str, row: int, off: float) -> Finding:
+def _finding(series: CycleSeries, name: str, row: int, off: float) -> Finding:
     number = int(series.index[row])
     text = (
         f"cycle {number} is unlike those before and after it: its {name} is {off:+.1%} off theirs at the "

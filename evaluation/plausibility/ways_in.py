@@ -15,8 +15,8 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.plausibility.passes import Pass, Way, pass_of, ways_of
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.plausibility.passes import HalfCycle, Pass, pass_of, ways_of
 from bufferstand.evaluation.plausibility.springs import (
     FIRST_SOFTER,
     HARDER,
@@ -46,7 +46,7 @@ _POINTS, _FEWEST = 20, 10
 _TENTH = 0.1
 
 
-def uneven_stroke(look: Look) -> Finding | None:
+def uneven_stroke(look: RunView) -> Finding | None:
     """Return the first stroke of a static run whose way in is no spring's after the one before.
 
     Parameters
@@ -65,7 +65,7 @@ def uneven_stroke(look: Look) -> Finding | None:
     return None
 
 
-def _growth(look: Look, ways: tuple[Way, Way], one: Pass, two: Pass) -> float | None:
+def _growth(look: RunView, ways: tuple[HalfCycle, HalfCycle], one: Pass, two: Pass) -> float | None:
     """Return by which share the force changes where two passes have been (logarithm); None: by no one."""
     if min(one.stroke_mm.size, two.stroke_mm.size) < _FEWEST:
         return None
@@ -84,7 +84,7 @@ def _growth(look: Look, ways: tuple[Way, Way], one: Pass, two: Pass) -> float | 
     return min(told, key=abs) if len(told) == len(shares) else None
 
 
-def _moved_mm(look: Look, one: Pass, two: Pass) -> float:
+def _moved_mm(look: RunView, one: Pass, two: Pass) -> float:
     """Return by how much the stroke at release moved from one way in to the next [mm]; 0: none is on record.
 
     A draw wire that slips while the stroke is clipped leaves no leap, and a spring takes a set.
@@ -93,7 +93,7 @@ def _moved_mm(look: Look, one: Pass, two: Pass) -> float:
     return float(two.stroke_mm[0] - one.stroke_mm[0]) if released else 0.0
 
 
-def _share(look: Look, before: FloatArray, after: FloatArray) -> float | None:
+def _share(look: RunView, before: FloatArray, after: FloatArray) -> float | None:
     """Return the one share by which forces at the same places differ (logarithm); None: there is none."""
     loaded = np.minimum(before, after) > _LOADED * look.force.span
     if np.count_nonzero(loaded) < _FEWEST:
@@ -103,7 +103,7 @@ def _share(look: Look, before: FloatArray, after: FloatArray) -> float | None:
     return middle if high - low < max(EVEN * abs(middle), HARDER) else None
 
 
-def _as_fast(look: Look, ways: tuple[Way, Way], places_mm: FloatArray) -> bool:
+def _as_fast(look: RunView, ways: tuple[HalfCycle, HalfCycle], places_mm: FloatArray) -> bool:
     """Say whether two ways in take as long from one stroke to another."""
     lasts_s = []
     for way in ways:
@@ -115,7 +115,7 @@ def _as_fast(look: Look, ways: tuple[Way, Way], places_mm: FloatArray) -> bool:
     return min(lasts_s) > 0.0 and max(lasts_s) < (1.0 + SPEEDS) * min(lasts_s)
 
 
-def _least(look: Look, at: int, share: float, before: float | None) -> float:
+def _least(look: RunView, at: int, share: float, before: float | None) -> float:
     """Return from which share on the way in behind number ``at`` is none of a spring."""
     one, two = look.results[at], look.results[at + 1]
     rest_s, earlier_s = (r.cycle.start.leave_s - r.cycle.start.time_s for r in (two, one))
@@ -132,7 +132,7 @@ def _least(look: Look, at: int, share: float, before: float | None) -> float:
     return least + PER_K * softens_K if softens_K > STEADY_K else least
 
 
-def _finding(look: Look, one: Cycle, two: Cycle, share: float) -> Finding:
+def _finding(look: RunView, one: Cycle, two: Cycle, share: float) -> Finding:
     from_s, to_s = one.top.time_s, two.top.time_s
     text = (
         f"force jumps between strokes {one.index} and {two.index}: on the way in it changes by "

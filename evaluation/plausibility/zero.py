@@ -12,8 +12,8 @@ from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.contact.find import first_shown
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.plausibility.rests import ALIKE_MM, Rest, rests_of
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.plausibility.rests import ALIKE_MM, UnloadedRest, rests_of
 from bufferstand.foundation.ranks import median
 
 LEAST = 0.003
@@ -37,7 +37,7 @@ FASTER = 2.0
 """A drift that is so many times as fast between two rests as in any of them, beyond its pace, is a jump."""
 
 
-def zero_of_force(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
+def zero_of_force(look: RunView, jumps: Sequence[Finding] = ()) -> list[Finding]:
     """Return whether the force of a static run is off where nothing is loaded, or moves between its rests.
 
     Of an impact or a proof load only what it does from the rest before to the one after it is told.
@@ -67,7 +67,7 @@ def zero_of_force(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
     return moving or _off(look, rests, lambda: _free(look, rests) or _before_contact(look, rests, jumps))
 
 
-def zero_beside_turned_stroke(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
+def zero_beside_turned_stroke(look: RunView, jumps: Sequence[Finding] = ()) -> list[Finding]:
     """Return the same of a static run where its stroke, whose sign is wrong, is least."""
     rests = rests_of(look, jumps, turned=True) if look.facts.kind == "static" else []
     if not rests:
@@ -76,7 +76,9 @@ def zero_beside_turned_stroke(look: Look, jumps: Sequence[Finding] = ()) -> list
     return moving or _off(look, rests, lambda: _free(look, rests))
 
 
-def _moving_in(look: Look, rests: list[Rest], loaded_s: float, *, sign: float = 1.0) -> list[Finding]:
+def _moving_in(
+    look: RunView, rests: list[UnloadedRest], loaded_s: float, *, sign: float = 1.0
+) -> list[Finding]:
     """Return how the zero moves between rests, and within them; first loaded is the specimen at ``loaded_s``.
 
     In contact, a specimen that was never loaded pushes otherwise than one that was unloaded. But none pulls:
@@ -89,7 +91,7 @@ def _moving_in(look: Look, rests: list[Rest], loaded_s: float, *, sign: float = 
     return _moving(look, unloaded) if len(unloaded) > 1 else []
 
 
-def _off(look: Look, rests: list[Rest], is_free: Callable[[], bool]) -> list[Finding]:
+def _off(look: RunView, rests: list[UnloadedRest], is_free: Callable[[], bool]) -> list[Finding]:
     """Return a zero that is off by the level of rests; whether nothing is loaded in them is asked last."""
     level = look.sign * median([level for rest in rests for level in rest.levels_kN])
     sure = SURE * max(rest.u_kN for rest in rests)
@@ -103,25 +105,25 @@ def _off(look: Look, rests: list[Rest], is_free: Callable[[], bool]) -> list[Fin
     return [_finding(look, "zero", level, text)]
 
 
-def zero_in_wrong_unit(look: Look, jumps: Sequence[Finding] = ()) -> list[Finding]:
+def zero_in_wrong_unit(look: RunView, jumps: Sequence[Finding] = ()) -> list[Finding]:
     """Return the same of a run whose unit is wrong: what its channel states is no measure of it then."""
     return zero_of_force(replace(look, facts=replace(look.facts, force_uncertainty=None)), jumps)
 
 
-def _finding(look: Look, kind: FindingKind, size: float, text: str) -> Finding:
+def _finding(look: RunView, kind: FindingKind, size: float, text: str) -> Finding:
     start_s, end_s = float(look.force.time_s[0]), float(look.force.time_s[-1])
     return Finding(
         kind, "force", start_s, end_s, look.all_cycles, size, "kN", text, "spoils", whole_record=True
     )
 
 
-def _free(look: Look, rests: list[Rest]) -> bool:
+def _free(look: RunView, rests: list[UnloadedRest]) -> bool:
     """Say whether nothing is loaded at rests, wherever within its stated limit the stroke's zero is."""
     zero_mm = max((wire.zero or 0.0 for wire in look.facts.stroke_uncertainty), default=0.0)
     return all(rest.stroke_mm < -FREE_MM - zero_mm for rest in rests)
 
 
-def _before_contact(look: Look, rests: list[Rest], jumps: Sequence[Finding]) -> bool:
+def _before_contact(look: RunView, rests: list[UnloadedRest], jumps: Sequence[Finding]) -> bool:
     """Say whether the specimen is met behind the rests, wherever the zero of the stroke is."""
     jumped_s = min((one.start_s for one in jumps), default=np.inf)
     met = first_shown(look.record, [result.cycle for result in look.results], jumped_s=jumped_s)
@@ -131,7 +133,7 @@ def _before_contact(look: Look, rests: list[Rest], jumps: Sequence[Finding]) -> 
     return all(rest.stroke_mm < nearest_mm for rest in rests)
 
 
-def _limit(look: Look, unstated: float, *, free: bool = True) -> float:
+def _limit(look: RunView, unstated: float, *, free: bool = True) -> float:
     """Return by how much the zero may be off [kN]."""
     stated = look.facts.force_uncertainty
     if not free:
@@ -141,14 +143,14 @@ def _limit(look: Look, unstated: float, *, free: bool = True) -> float:
     return max(stated.zero, LEAST * look.force.span)
 
 
-def _stated(look: Look) -> str:
+def _stated(look: RunView) -> str:
     stated = look.facts.force_uncertainty
     if stated is None or stated.zero is None:
         return "the channel states no zero"
     return f"the channel states ±{stated.zero:.3g} kN"
 
 
-def _moving(look: Look, rests: list[Rest]) -> list[Finding]:
+def _moving(look: RunView, rests: list[UnloadedRest]) -> list[Finding]:
     """Return a zero that moves at rest: all the time, at once, or both."""
     times = np.array([rest.times_s for rest in rests]).ravel()
     levels = np.array([rest.levels_kN for rest in rests]).ravel()
@@ -189,7 +191,7 @@ def _drifts(change: FloatArray, lasts: FloatArray, counted: NDArray[np.bool_], l
     return moved > least and within > DRIFTS * expected
 
 
-def _drift(look: Look, first_kN: float, last_kN: float, *, besides: bool = False) -> Finding:
+def _drift(look: RunView, first_kN: float, last_kN: float, *, besides: bool = False) -> Finding:
     first_kN, last_kN = look.sign * first_kN, look.sign * last_kN
     text = (
         f"force drifts: at rest at one stroke it is {first_kN:+.3g} kN first and {last_kN:+.3g} kN "
@@ -199,7 +201,7 @@ def _drift(look: Look, first_kN: float, last_kN: float, *, besides: bool = False
     return _finding(look, "drift", float(last_kN - first_kN), text)
 
 
-def _jump(look: Look, times_s: Sequence[float], levels_kN: Sequence[float], size: float) -> Finding:
+def _jump(look: RunView, times_s: Sequence[float], levels_kN: Sequence[float], size: float) -> Finding:
     from_s, to_s = times_s
     before_kN, after_kN = (look.sign * level for level in levels_kN)
     text = (
@@ -211,7 +213,7 @@ def _jump(look: Look, times_s: Sequence[float], levels_kN: Sequence[float], size
     return Finding("offset-jump", "force", from_s, to_s, cycles, look.sign * size, "kN", text, "spoils")
 
 
-def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:
+def _over_first_stroke(look: RunView, rests: Sequence[UnloadedRest]) -> Finding | None:
     """Return a jump over the first stroke that no specimen makes of the force at rest at one stroke.
 
     It may push less than before, as it recovers. But it does not pull; nor does it push more than it did on
@@ -226,7 +228,7 @@ def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:
     two, met_kN = after[0], _met(look, after[0].stroke_mm + ALIKE_MM)
     if not before:  # the record begins with the motion, or within it
         begun_s = first.start.time_s
-        before = [Rest(two.stroke_mm, (begun_s, begun_s), (met_kN, met_kN), two.u_kN)]
+        before = [UnloadedRest(two.stroke_mm, (begun_s, begun_s), (met_kN, met_kN), two.u_kN)]
     one = before[-1]
     was, is_now = one.levels_kN[1], two.levels_kN[0]
     limit = _limit(look, UNSTATED, free=_free(look, [one, two])) + SURE * (one.u_kN + two.u_kN)
@@ -236,7 +238,7 @@ def _over_first_stroke(look: Look, rests: Sequence[Rest]) -> Finding | None:
     return _jump(look, (one.times_s[1], two.times_s[0]), (was, is_now), is_now - was)
 
 
-def _met(look: Look, up_to_mm: float) -> float:
+def _met(look: RunView, up_to_mm: float) -> float:
     """Return the greatest force on the way into the first stroke, up to a stroke [kN]."""
     first = look.results[0].cycle
     rows = look.stroke.rows(first.start.leave_s, first.top.time_s)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bufferstand.evaluation.report.content import Section, Sheet, Texts
 from bufferstand.evaluation.report.identification import given
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 
 
-def amendment_section(source: Source) -> Section | None:
+def amendment_section(source: ReportSource) -> Section | None:
     """Return what a report that replaces another one must say of it; None where it replaces none."""
     fields = source.fields
     if not fields.amends:
@@ -28,7 +28,7 @@ def amendment_section(source: Source) -> Section | None:
     )
 
 
-def amendment_notice(source: Source) -> tuple[str, ...]:
+def amendment_notice(source: ReportSource) -> tuple[str, ...]:
     """Return the line at the top of an amended report, if it is one."""
     fields = source.fields
     if not fields.amends:

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from bufferstand.evaluation.model_check import AT_CONTACT_MM, KINDS, answer_to, check_run, drive_of
-from bufferstand.evaluation.report.model_answer import Modelled
+from bufferstand.evaluation.report.model_answer import ModelAnswer
 from bufferstand.evaluation.report.source import ReportRun
 from bufferstand.foundation.canonical import file_hash
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.file import load_model
 
 
-def apply_model(path: Path, runs: Sequence[ReportRun]) -> Modelled:
+def apply_model(path: Path, runs: Sequence[ReportRun]) -> ModelAnswer:
     """Let the model of a file answer to every run that shows the spring alone.
 
     Raises
@@ -42,4 +42,4 @@ def apply_model(path: Path, runs: Sequence[ReportRun]) -> Modelled:
         raise BadInput(
             "no static or harmonic run to compare the model with", file=path, remedy="leave --model out"
         )
-    return Modelled(path.name, file_hash(path), model, checks, left_out)
+    return ModelAnswer(path.name, file_hash(path), model, checks, left_out)

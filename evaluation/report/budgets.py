@@ -8,7 +8,7 @@ from typing import Any
 from bufferstand.evaluation.every_quantity import MAIN
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import significant, usable
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 
 _SYMBOLS = {entry.name: entry.symbol for entry in MAIN}
 _EXPLANATION = (
@@ -27,7 +27,7 @@ _AS_GOOD_AS_INFINITE = 1e4
 _NOT_DRAWN = "not propagated by Monte Carlo"
 
 
-def budgets_section(source: Source) -> Section | None:
+def budgets_section(source: ReportSource) -> Section | None:
     """Return a table for each run that has budgets, or None if none has."""
     tables = [table for run in source.runs if (table := _table(run)) is not None]
     if not tables:
@@ -40,7 +40,7 @@ def _table(run: ReportRun) -> Table | None:
     if not budgets:
         return None
     names = list(dict.fromkeys(line["source"] for b in budgets for line in b["sources"]))
-    columns = [Column("Source"), Column("u"), Column("ν")]
+    columns = [Column("ReportSource"), Column("u"), Column("ν")]
     for budget in budgets:
         symbol = _SYMBOLS[budget["quantity"]]
         columns += [Column(f"c({symbol})"), Column(f"u({symbol})", "%")]

@@ -35,13 +35,13 @@ from bufferstand.evaluation.report.plausibility import plausibility_section, spo
 from bufferstand.evaluation.report.purposes import purpose_warnings
 from bufferstand.evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
 from bufferstand.evaluation.report.references import missing_references
-from bufferstand.evaluation.report.source import Source, runs_text
+from bufferstand.evaluation.report.source import ReportSource, runs_text
 from bufferstand.evaluation.report.tables import cycles_section, runs_section
 from bufferstand.evaluation.report.validated import software_section
 from bufferstand.evaluation.report.verdicts import requirements_section, verdict_line
 
 
-def build_content(source: Source) -> Content:
+def build_content(source: ReportSource) -> Content:
     """Return the report's content.
 
     Parameters
@@ -102,14 +102,14 @@ def build_content(source: Source) -> Content:
     )
 
 
-def _subtitle(source: Source) -> str:
+def _subtitle(source: ReportSource) -> str:
     specimen = source.common("specimen", "id").text
     kind = source.common("specimen", "kind").text.replace("-", " ")
     known = [part for part in (kind, specimen) if part and part != "—"]
     return f"{' '.join(known) or 'specimen not recorded'} · {source.name}"
 
 
-def notices_of(source: Source) -> tuple[str, ...]:
+def notices_of(source: ReportSource) -> tuple[str, ...]:
     """Return what must be seen before anything else."""
     notices = list(amendment_notice(source))
     notices += simulated_notice(source)
@@ -124,7 +124,7 @@ def notices_of(source: Source) -> tuple[str, ...]:
     return tuple(notices)
 
 
-def _summary(source: Source) -> Section:
+def _summary(source: ReportSource) -> Section:
     judged = [run for run in source.runs if run.evaluated.get("verdict") is not None]
     others = len(source.runs) - len(judged)
     blocks: list[Block] = [verdict_line(run) for run in judged]

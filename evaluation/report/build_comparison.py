@@ -15,7 +15,7 @@ from bufferstand.evaluation.report.closing import (
     statements_section,
     warnings_section,
 )
-from bufferstand.evaluation.report.comparison import Compared, compared_of, comparison_sections
+from bufferstand.evaluation.report.comparison import ComparedFigures, compared_of, comparison_sections
 from bufferstand.evaluation.report.comparison_figures import comparison_pictures
 from bufferstand.evaluation.report.conditions import conditions_section
 from bufferstand.evaluation.report.conformity import not_tested_section
@@ -34,7 +34,7 @@ from bufferstand.evaluation.report.identification import (
 from bufferstand.evaluation.report.numbers import fixed
 from bufferstand.evaluation.report.purposes import purpose_warnings
 from bufferstand.evaluation.report.references import missing_references
-from bufferstand.evaluation.report.sides import Sides, conditions_of
+from bufferstand.evaluation.report.sides import ComparedSpecimens, conditions_of
 from bufferstand.evaluation.report.tables import runs_section
 
 _REST = (
@@ -43,7 +43,7 @@ _REST = (
 )
 
 
-def build_comparison(sides: Sides) -> Content:
+def build_comparison(sides: ComparedSpecimens) -> Content:
     """Return the report's content.
 
     Parameters
@@ -95,7 +95,7 @@ def build_comparison(sides: Sides) -> Content:
     )
 
 
-def _summary(sides: Sides, compared: Sequence[Compared]) -> Section:
+def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Section:
     """Return a sentence for each of the others: how many differences are beyond U, and the clearest."""
     first = sides.sides[0]
     sentences = []
@@ -116,7 +116,7 @@ def _summary(sides: Sides, compared: Sequence[Compared]) -> Section:
     return Section("summary", "Summary", (Texts((*sentences, _REST)),))
 
 
-def _clearest(beyond: Sequence[tuple[Compared, Difference]]) -> str:
+def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:
     row, apart = max(beyond, key=lambda one: abs(one[1].normalised or 0.0))
     share = "" if apart.relative is None else f" {fixed(100.0 * apart.relative, 1)} %"
     normalised = "" if apart.normalised is None else f" (E_n {fixed(apart.normalised, 1)})"

@@ -19,7 +19,7 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.identification import operator
 from bufferstand.evaluation.report.numbers import fixed, significant
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.evaluation.report.verdicts import grouped_points, is_condition
 
 DOUBTED = "doubted"
@@ -59,7 +59,7 @@ _VALIDITY = (
 )
 
 
-def deviations_section(source: Source) -> Section:
+def deviations_section(source: ReportSource) -> Section:
     """Return what deviates from the method, and the runs that ended early with their reasons."""
     items = [*source.fields.deviations, *_derived_deviations(source)]
     blocks: list[Texts | Table] = [Texts(tuple(dict.fromkeys(items)) or ("None.",), listed=True)]
@@ -105,7 +105,7 @@ def _not_reached(run: ReportRun, row: Mapping[str, Any]) -> str:
     )
 
 
-def _strokes(source: Source) -> Table | None:
+def _strokes(source: ReportSource) -> Table | None:
     """Return what was asked, commanded and reached in each run that says so; None if none does."""
     rows = []
     for run in source.runs:
@@ -148,7 +148,7 @@ def _off(run: ReportRun, row: Mapping[str, Any]) -> Cell:
     return Cell(f"expected {fixed(expected.mean_mm, 2)} ± {fixed(expected.amplitude_mm, 2)}")
 
 
-def _forces(source: Source) -> Table | None:
+def _forces(source: ReportSource) -> Table | None:
     """Return what was asked and reached in each run between two forces; None if there is none."""
     rows = []
     for run in source.runs:
@@ -173,7 +173,7 @@ def _forces(source: Source) -> Table | None:
     return Table("Forces asked and reached", columns, tuple(rows), note=note) if rows else None
 
 
-def _derived_deviations(source: Source) -> list[str]:
+def _derived_deviations(source: ReportSource) -> list[str]:
     items = []
     limited: dict[tuple[float, str], list[int]] = {}
     for run in source.runs:
@@ -212,7 +212,7 @@ def _derived_deviations(source: Source) -> list[str]:
     return items
 
 
-def warnings_section(source: Source, further: list[str]) -> Section | None:
+def warnings_section(source: ReportSource, further: list[str]) -> Section | None:
     """Return every warning once with the runs that it concerns, or None if there is none."""
     of: dict[str, list[int]] = {}
     for run in source.runs:
@@ -245,7 +245,7 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def rule_section(source: Source) -> Section:
+def rule_section(source: ReportSource) -> Section:
     """Return the decision rule with its risk, and how uncertainties are stated."""
     by = source.fields.decision_rule_set_by
     items = [
@@ -258,7 +258,7 @@ def rule_section(source: Source) -> Section:
     return Section("decision-rule", "Decision rule and uncertainty", (Texts(tuple(items)),))
 
 
-def opinions_section(source: Source) -> Section | None:
+def opinions_section(source: ReportSource) -> Section | None:
     """Return opinions and interpretations, kept apart from the results; None if there are none."""
     if not source.fields.opinions:
         return None
@@ -270,7 +270,7 @@ def opinions_section(source: Source) -> Section | None:
     )
 
 
-def data_section(source: Source) -> Section:
+def data_section(source: ReportSource) -> Section:
     """Return the raw data files with their hashes, and what the customer supplied."""
     table = Table(
         "Raw data",
@@ -305,7 +305,7 @@ def data_section(source: Source) -> Section:
     return Section("data", "Raw data", tuple(blocks))
 
 
-def statements_section(source: Source) -> Section:
+def statements_section(source: ReportSource) -> Section:
     """Return remarks, the validity statement and who answers for the report."""
     fields = source.fields
     texts = Texts(

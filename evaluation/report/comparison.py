@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.differences import Difference, Value, difference, equivalences
+from bufferstand.evaluation.differences import Difference, UncertainValue, difference, equivalences
 from bufferstand.evaluation.every_quantity import QUANTITIES
-from bufferstand.evaluation.facts.shared_errors import Owed, shared_of
-from bufferstand.evaluation.figures.loops import Loop
+from bufferstand.evaluation.facts.shared_errors import SharedContributions, shared_of
+from bufferstand.evaluation.figures.loops import LoopCurve
 from bufferstand.evaluation.report.conformity import conformity_section
 from bufferstand.evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, significant, usable
 from bufferstand.evaluation.report.purposes import purpose_texts
 from bufferstand.evaluation.report.references import draft_texts
 from bufferstand.evaluation.report.samples import at_strokes, loop_of
-from bufferstand.evaluation.report.sides import Condition, Sides, alone
+from bufferstand.evaluation.report.sides import ComparedSpecimens, Condition, alone
 from bufferstand.evaluation.report.source import ReportRun, runs_text
 from bufferstand.evaluation.report.verdicts import name_of, run_verdict_cell
 
@@ -40,14 +40,14 @@ _NOT_HAD = "not to be had from the run"
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedFigures:
     """One quantity of one step: the value of each side (None: it has none)."""
 
     condition: Condition
     name: str
     words: str
     unit: str
-    values: tuple[Value | None, ...]
+    values: tuple[UncertainValue | None, ...]
 
     def differences(self) -> Iterator[tuple[int, Difference]]:
         """Yield each further side's place and its difference to the first, where both have a value."""
@@ -57,12 +57,12 @@ class Compared:
                 yield place, difference(value, reference)
 
 
-def compared_of(conditions: Sequence[Condition]) -> list[Compared]:
+def compared_of(conditions: Sequence[Condition]) -> list[ComparedFigures]:
     """Return every quantity of every shared step that two sides or more have a value of."""
     found = []
     for condition in conditions:
         rows = [
-            Compared(
+            ComparedFigures(
                 condition,
                 entry.name,
                 str(entry.shown.compared),
@@ -78,34 +78,34 @@ def compared_of(conditions: Sequence[Condition]) -> list[Compared]:
     return found
 
 
-def _greatest_force(condition: Condition) -> Compared:
+def _greatest_force(condition: Condition) -> ComparedFigures:
     """Return the greatest force of all samples of each side."""
     found = [None if run is None else run.extreme("force_max_kN") for run in condition.runs]
     values = tuple(
-        None if one is None or one.value is None else Value(one.value, one.expanded_uncertainty)
+        None if one is None or one.value is None else UncertainValue(one.value, one.expanded_uncertainty)
         for one in found
     )
-    return Compared(condition, "extreme_force_max_kN", "Force max. of all samples", "kN", values)
+    return ComparedFigures(condition, "extreme_force_max_kN", "Force max. of all samples", "kN", values)
 
 
-def _summary_value(run: ReportRun | None, name: str) -> Value | None:
+def _summary_value(run: ReportRun | None, name: str) -> UncertainValue | None:
     if run is None or (value := run.result(name)) is None:
         return None
     entry = run.summary.get(name)
     expanded = usable(entry.get("expanded_uncertainty")) if isinstance(entry, dict) else None
-    return Value(value, expanded, _shared(run, name))
+    return UncertainValue(value, expanded, _shared(run, name))
 
 
-def _shared(run: ReportRun, name: str) -> Owed:
+def _shared(run: ReportRun, name: str) -> SharedContributions:
     """Return what of a figure's uncertainty other runs have, too; nothing where it is not stated."""
     try:
         shared = shared_of(run.evaluated.get("shared_errors"))
     except ValueError:
-        return Owed()
-    return Owed() if shared is None else shared.of(name)
+        return SharedContributions()
+    return SharedContributions() if shared is None else shared.of(name)
 
 
-def _windows(condition: Condition) -> list[Compared]:
+def _windows(condition: Condition) -> list[ComparedFigures]:
     """Return the forces at the strokes where the limit set reads them, each the mean over the cycles.
 
     U of a mean is taken as the greatest U of a cycle: its larger part is common to all cycles.
@@ -116,12 +116,12 @@ def _windows(condition: Condition) -> list[Compared]:
             if usable(requirement.get("stroke_mm")) is not None:
                 names[str(requirement["id"])] = name_of(requirement)
     return [
-        Compared(condition, name, words, "kN", tuple(_window(run, name) for run in condition.runs))
+        ComparedFigures(condition, name, words, "kN", tuple(_window(run, name) for run in condition.runs))
         for name, words in names.items()
     ]
 
 
-def _window(run: ReportRun | None, name: str) -> Value | None:
+def _window(run: ReportRun | None, name: str) -> UncertainValue | None:
     rows = [r for r in (run.requirements if run is not None else ()) if r["id"] == name]
     values = [value for r in rows if (value := usable(r.get("measured"))) is not None]
     if not values:
@@ -129,11 +129,11 @@ def _window(run: ReportRun | None, name: str) -> Value | None:
     expanded = [u for r in rows if (u := usable(r.get("expanded_uncertainty"))) is not None]
     mean = sum(values) / len(values)
     if run is None or len(expanded) < len(values):
-        return Value(mean)
-    return Value(mean, max(expanded), _shared(run, name))
+        return UncertainValue(mean)
+    return UncertainValue(mean, max(expanded), _shared(run, name))
 
 
-def _to_common_stroke(condition: Condition) -> list[Compared]:
+def _to_common_stroke(condition: Condition) -> list[ComparedFigures]:
     """Return energies and damping up to the stroke that all loops reach, where they end apart."""
     if any(run is not None and run.kind == "harmonic" for run in condition.runs):
         return []
@@ -151,17 +151,17 @@ def _to_common_stroke(condition: Condition) -> list[Compared]:
             for run, got in zip(condition.runs, energies, strict=True)
         )
         words = f"{entry.shown.compared} to {fixed(end, 1)} mm"
-        rows.append(Compared(condition, f"{name}@{end:.1f}", words, entry.printed_unit, values))
+        rows.append(ComparedFigures(condition, f"{name}@{end:.1f}", words, entry.printed_unit, values))
     return rows
 
 
-def shown_loop(run: ReportRun) -> Loop | None:
+def shown_loop(run: ReportRun) -> LoopCurve | None:
     """Return the loop of the cycle that stands for a run."""
     cycle = run.shown_cycle()
     return None if cycle is None else loop_of(run, cycle)
 
 
-def _energies(loop: Loop, end_mm: float) -> tuple[float, float, float] | None:
+def _energies(loop: LoopCurve, end_mm: float) -> tuple[float, float, float] | None:
     """Return stored and absorbed energy [J] and damping of a loop cut at a stroke."""
     start = max(0.0, float(np.nanmin(loop.stroke_mm)))
     strokes = np.linspace(start + 0.2, end_mm - 0.05, _GRID)
@@ -173,16 +173,16 @@ def _energies(loop: Loop, end_mm: float) -> tuple[float, float, float] | None:
     return (stored, stored - returned, (stored - returned) / stored) if stored > 0.0 else None
 
 
-def _like(run: ReportRun, name: str, value: float) -> Value:
+def _like(run: ReportRun, name: str, value: float) -> UncertainValue:
     """Return a value with the relative uncertainty that the run states for the whole loop."""
     whole = _summary_value(run, name)
     if whole is None or whole.expanded_uncertainty is None or not whole.value:
-        return Value(value)
+        return UncertainValue(value)
     scale = value / whole.value
-    return Value(value, abs(scale) * whole.expanded_uncertainty, whole.shared.scaled(scale))
+    return UncertainValue(value, abs(scale) * whole.expanded_uncertainty, whole.shared.scaled(scale))
 
 
-def comparison_sections(sides: Sides, compared: Sequence[Compared]) -> list[Section]:
+def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> list[Section]:
     """Return the tables of the comparison: what is compared, the differences, and what has no counterpart."""
     conditions = list({row.condition.number: row.condition for row in compared}.values())
     blocks: list[Block] = [_steps(sides, conditions), Texts((_METHOD,))]
@@ -200,7 +200,7 @@ def comparison_sections(sides: Sides, compared: Sequence[Compared]) -> list[Sect
     return [Section("comparison", "Comparison", tuple(blocks)), *_conformities(sides)]
 
 
-def _steps(sides: Sides, conditions: Sequence[Condition]) -> Table:
+def _steps(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table:
     return Table(
         "What is compared",
         (
@@ -244,7 +244,7 @@ def _temperature_cell(run: ReportRun | None) -> Cell:
     )
 
 
-def _differences(sides: Sides, rows: Sequence[Compared]) -> Table:
+def _differences(sides: ComparedSpecimens, rows: Sequence[ComparedFigures]) -> Table:
     condition = rows[0].condition
     cells = []
     for row in rows:
@@ -267,7 +267,9 @@ def _differences(sides: Sides, rows: Sequence[Compared]) -> Table:
     )
 
 
-def _difference_row(sides: Sides, row: Compared, place: int, apart: Difference) -> tuple[Cell, ...]:
+def _difference_row(
+    sides: ComparedSpecimens, row: ComparedFigures, place: int, apart: Difference
+) -> tuple[Cell, ...]:
     reference, value = row.values[0], row.values[place]
     assert reference is not None
     assert value is not None
@@ -300,7 +302,7 @@ def _percent(share: float) -> str:
     return _signed(100.0 * share, 1)
 
 
-def _spread(sides: Sides, compared: Sequence[Compared]) -> Table:
+def _spread(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Table:
     """Return mean, standard deviation and each one's degree of equivalence, where all have a value."""
     rows = []
     for row in compared:
@@ -350,7 +352,7 @@ def _temperature_notes(conditions: Sequence[Condition]) -> list[str]:
     return notes
 
 
-def _without(sides: Sides, conditions: Sequence[Condition]) -> list[str]:
+def _without(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> list[str]:
     left = alone(sides, conditions)
     if not left:
         return []
@@ -358,7 +360,7 @@ def _without(sides: Sides, conditions: Sequence[Condition]) -> list[str]:
     return [f"{named[:1].upper()}{named[1:]}: a step that none of the others has run; not compared."]
 
 
-def _conformities(sides: Sides) -> list[Section]:
+def _conformities(sides: ComparedSpecimens) -> list[Section]:
     """Return the statements of conformity of each, each under its letter."""
     blocks: list[Block] = []
     for side in sides.sides:

@@ -8,18 +8,18 @@ import numpy as np
 
 from bufferstand.evaluation.every_quantity import MAIN
 from bufferstand.evaluation.figures.differences import ChangeSeries, changes_plot
-from bufferstand.evaluation.figures.loops import Loop, labelled_loops
-from bufferstand.evaluation.report.comparison import Compared, shown_loop, start_C
+from bufferstand.evaluation.figures.loops import LoopCurve, labelled_loops
+from bufferstand.evaluation.report.comparison import ComparedFigures, shown_loop, start_C
 from bufferstand.evaluation.report.content import Cell, Column, Table
 from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant
-from bufferstand.evaluation.report.sides import Condition, Sides
+from bufferstand.evaluation.report.sides import ComparedSpecimens, Condition
 from bufferstand.evaluation.report.source import ReportRun
-from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.report.unnumbered import DraftPicture
 
 MOST_LOOP_FIGURES = 8
 
 
-def comparison_pictures(sides: Sides, compared: Sequence[Compared]) -> list[Unnumbered]:
+def comparison_pictures(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> list[DraftPicture]:
     """Return the differences of each side to the first, and the loops of the first eight shared steps."""
     conditions = list({row.condition.number: row.condition for row in compared}.values())
     pictures = [
@@ -31,7 +31,9 @@ def comparison_pictures(sides: Sides, compared: Sequence[Compared]) -> list[Unnu
     return [*pictures, *drawn[:MOST_LOOP_FIGURES]]
 
 
-def _changes_picture(sides: Sides, compared: Sequence[Compared], place: int) -> Unnumbered | None:
+def _changes_picture(
+    sides: ComparedSpecimens, compared: Sequence[ComparedFigures], place: int
+) -> DraftPicture | None:
     series, rows = [], []
     for name in MAIN.names:
         found = [
@@ -60,7 +62,7 @@ def _changes_picture(sides: Sides, compared: Sequence[Compared], place: int) -> 
     if not series:
         return None
     letters = [sides.sides[n].letter for n in (place, 0)]
-    return Unnumbered(
+    return DraftPicture(
         caption=f"Differences of {letters[0]} to {letters[1]} in % of {letters[1]}, step by step. Bars: "
         "expanded uncertainty (k = 2) of the difference; where a bar reaches 0, nothing tells the two apart.",
         alt=f"Differences of {len(series)} quantities over the steps; the numbers are tabulated.",
@@ -73,8 +75,8 @@ def _changes_picture(sides: Sides, compared: Sequence[Compared], place: int) -> 
     )
 
 
-def _loops_picture(sides: Sides, condition: Condition, conditions: int) -> Unnumbered | None:
-    loops: list[Loop] = []
+def _loops_picture(sides: ComparedSpecimens, condition: Condition, conditions: int) -> DraftPicture | None:
+    loops: list[LoopCurve] = []
     labels, rows = [], []
     for side, run in zip(sides.sides, condition.runs, strict=True):
         loop = None if run is None else shown_loop(run)
@@ -93,7 +95,7 @@ def _loops_picture(sides: Sides, condition: Condition, conditions: int) -> Unnum
         if condition.number == 1 and conditions > MOST_LOOP_FIGURES
         else ""
     )
-    return Unnumbered(
+    return DraftPicture(
         caption=f"Step {condition.number}, {condition.words}: loops of {len(loops)} specimens.{more}",
         alt=f"Force–stroke loops of one step: {', '.join(labels)}; the numbers are tabulated.",
         plot=labelled_loops(loops, labels),
@@ -112,7 +114,7 @@ def _loops_picture(sides: Sides, condition: Condition, conditions: int) -> Unnum
     )
 
 
-def _numbers(letter: str, run: ReportRun, loop: Loop) -> tuple[Cell, ...]:
+def _numbers(letter: str, run: ReportRun, loop: LoopCurve) -> tuple[Cell, ...]:
     cycle = run.shown_cycle() or {}
     return (
         Cell(letter),

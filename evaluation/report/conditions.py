@@ -9,7 +9,7 @@ import numpy as np
 
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table
 from bufferstand.evaluation.report.numbers import fixed, significant, usable
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.foundation.durations import duration_text
 
 _ROLES = (("specimen", "Temperature of the specimen"), ("ambient", "Temperature of the air"))
@@ -20,7 +20,7 @@ _READ = (
 )
 
 
-def conditions_section(source: Source) -> Section:
+def conditions_section(source: ReportSource) -> Section:
     """Return the conditions of the test as the records show them; what none shows is a dash and why."""
     rows: list[tuple[Cell, ...]] = []
     for role, words in _ROLES:
@@ -53,7 +53,7 @@ def _missing(why: str) -> Cell:
     return Cell(DASH, "missing", why)
 
 
-def _temperature(source: Source, role: str, words: str) -> tuple[Cell, ...]:
+def _temperature(source: ReportSource, role: str, words: str) -> tuple[Cell, ...]:
     values, numbers = [], []
     for run in source.runs:
         sensors = run.record.temperatures if run.record is not None else ()
@@ -72,7 +72,7 @@ def _span(values: Sequence[float], decimals: int) -> Cell:
 
 
 def _required(
-    source: Source, identifier: str, words: str, unit: str, worst: Callable[[Sequence[float]], float]
+    source: ReportSource, identifier: str, words: str, unit: str, worst: Callable[[Sequence[float]], float]
 ) -> tuple[Cell, ...]:
     found = [
         (run.number, value)
@@ -86,7 +86,7 @@ def _required(
     return _row(words, shown, unit, dict.fromkeys(number for number, _ in found))
 
 
-def _speed(source: Source) -> tuple[Cell, ...]:
+def _speed(source: ReportSource) -> tuple[Cell, ...]:
     speeds = {
         run.number: value
         for run in source.runs
@@ -108,7 +108,7 @@ def _speeds(cycle: Mapping[str, Any]) -> list[float]:
     return [value for name in names if (value := usable(cycle.get(name))) is not None]
 
 
-def _between_runs(source: Source) -> tuple[Cell, ...]:
+def _between_runs(source: ReportSource) -> tuple[Cell, ...]:
     words = "Longest pause between runs"
     pairs = zip(source.runs, source.runs[1:], strict=False)
     pauses = [pause for one, two in pairs if (pause := _pause_s(one, two)) is not None]

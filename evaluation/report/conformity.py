@@ -10,7 +10,7 @@ from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, T
 from bufferstand.evaluation.report.numbers import limits_text, significant, usable
 from bufferstand.evaluation.report.purposes import purpose_texts, purpose_warnings
 from bufferstand.evaluation.report.references import draft_texts, is_draft, reference_text
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.evaluation.report.verdicts import grouped_points, is_condition, name_of, worst
 from bufferstand.evaluation.requirements.limit_set import LimitSet
 
@@ -49,7 +49,7 @@ class _Stated:
         self.verdicts.append(str(requirement["verdict"]))
 
 
-def conformity_section(source: Source) -> Section | None:
+def conformity_section(source: ReportSource) -> Section | None:
     """Return which clauses are met and which are not, to what each statement applies, and by which rule."""
     stated: dict[tuple[Any, ...], _Stated] = {}
     for run in source.runs:
@@ -115,7 +115,7 @@ def _of(number: int, cycles: Sequence[int]) -> str:
     return f"{number} ({', '.join(map(str, cycles))})" if cycles else str(number)
 
 
-def not_tested_section(source: Source) -> Section:
+def not_tested_section(source: ReportSource) -> Section:
     """Return what was not tested or not decided, each with the reason; never left out."""
     items = [
         f"Run {run.number}: {point}."
@@ -150,7 +150,7 @@ def not_tested_section(source: Source) -> Section:
     )
 
 
-def _parts_without_a_run(source: Source, limits: LimitSet) -> list[str]:
+def _parts_without_a_run(source: ReportSource, limits: LimitSet) -> list[str]:
     """Return the parts of a limit set that no run of the report is a test of."""
     kinds = {run.kind for run in source.runs if not run.characterises}
     of = f"{limits.standard} (limit set {limits.id})"

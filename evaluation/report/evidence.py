@@ -8,7 +8,7 @@ from typing import Any
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 from bufferstand.evaluation.thermal_comparison import FIGURES as COMPARED
 
 _EXPLANATION = (
@@ -29,7 +29,7 @@ FIGURES = (
 """What is compared at equal stroke, as the evaluation document names it."""
 
 
-def evidence_section(source: Source) -> Section | None:
+def evidence_section(source: ReportSource) -> Section | None:
     """Return the table of skew, wires and inertia by run; None where no run has anything to say."""
     keys = ("skew_sensitivity", "draw_wires", "inertia_correction")
     runs = [run for run in source.runs if any(run.evaluated.get(key) for key in keys)]
@@ -102,7 +102,7 @@ def inertia_text(inertia: Mapping[str, Any] | None) -> str:
     return f"{significant(mass)} kg ({whose}){force}"
 
 
-def temperature_section(source: Source) -> Section | None:
+def temperature_section(source: ReportSource) -> Section | None:
     """Return the comparisons of runs at different temperature, or None where there is none."""
     blocks: list[Table | Texts] = []
     for comparison in source.document.get("temperature_comparisons") or []:
@@ -112,12 +112,12 @@ def temperature_section(source: Source) -> Section | None:
     return Section("temperature", "Comparison of temperatures", tuple(blocks)) if blocks else None
 
 
-def number_of(source: Source, identifier: object) -> str:
+def number_of(source: ReportSource, identifier: object) -> str:
     """Return a run's number in the report, or its id where it is none of the report's."""
     return next((str(run.number) for run in source.runs if run.id == identifier), str(identifier))
 
 
-def _changes(source: Source, comparison: Mapping[str, Any]) -> Table:
+def _changes(source: ReportSource, comparison: Mapping[str, Any]) -> Table:
     reference = comparison["reference"]
     rows = [
         _change_row(source, run, *figure, run["changes"][figure[0]])
@@ -147,7 +147,7 @@ def _changes(source: Source, comparison: Mapping[str, Any]) -> Table:
 
 
 def _change_row(
-    source: Source,
+    source: ReportSource,
     run: Mapping[str, Any],
     name: str,
     words: str,
@@ -174,7 +174,7 @@ def _percent(value: object, expanded: object, why: str) -> Cell:
     return measured_cell(None if share is None else 100.0 * share, None if u is None else 100.0 * u, why)
 
 
-def as_recorded(source: Source, comparison: Mapping[str, Any]) -> Table:
+def as_recorded(source: ReportSource, comparison: Mapping[str, Any]) -> Table:
     """Return the runs of a comparison as recorded: end of stroke, end force and damping."""
     runs: Sequence[Mapping[str, Any]] = [comparison["reference"], *comparison["runs"]]
     why = "not to be had from the run"

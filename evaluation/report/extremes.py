@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
 from bufferstand.evaluation.report.numbers import fixed, measured_cell
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 
 _SHOWN = (
     ("force_max_kN", "Force max.", "kN"),
@@ -16,7 +16,7 @@ _SHOWN = (
 _NOT_HAD = "not to be had from the record; see the warnings of the run"
 
 
-def extremes_table(source: Source) -> Table:
+def extremes_table(source: ReportSource) -> Table:
     """Return the extremes of each run with U, and when they were reached."""
     return Table(
         "Extremes of all samples",

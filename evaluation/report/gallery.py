@@ -9,7 +9,7 @@ import numpy as np
 
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.figures.loops import (
-    Loop,
+    LoopCurve,
     amplitude_loops,
     dynamic_loops,
     frequency_loops,
@@ -22,18 +22,18 @@ from bufferstand.evaluation.report.evidence import as_recorded
 from bufferstand.evaluation.report.model_figures import model_pictures
 from bufferstand.evaluation.report.numbers import fixed, significant, usable
 from bufferstand.evaluation.report.samples import at_strokes, loop_of
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.evaluation.report.tables import columns, cycle_head, value_cell
 from bufferstand.evaluation.report.timelines import timeline_pictures
 from bufferstand.evaluation.report.trend_figures import runs_of_trend, trend_pictures
-from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.report.unnumbered import DraftPicture
 from bufferstand.evaluation.report.verdicts import worst
 
 _LEVEL_STEP_MM = 10.0
 _LOOP_COLUMNS = QUANTITIES.that(lambda entry: entry.shown.beside_loops)
 
 
-def figures_section(source: Source) -> Section:
+def figures_section(source: ReportSource) -> Section:
     """Return every figure that the runs give something to show in."""
     pictures = [
         *_static_pictures(source),
@@ -46,7 +46,7 @@ def figures_section(source: Source) -> Section:
     return numbered_section(pictures)
 
 
-def numbered_section(pictures: Sequence[Unnumbered]) -> Section:
+def numbered_section(pictures: Sequence[DraftPicture]) -> Section:
     """Return the section of figures, numbered in their order."""
     numbered = tuple(
         Picture(number, one.caption, one.alt, one.plot, one.numbers)
@@ -57,7 +57,7 @@ def numbered_section(pictures: Sequence[Unnumbered]) -> Section:
     return Section("figures", "Figures", numbered)
 
 
-def _static_pictures(source: Source) -> list[Unnumbered]:
+def _static_pictures(source: ReportSource) -> list[DraftPicture]:
     pictures = []
     for run in source.runs:
         if run.kind == "harmonic":
@@ -72,7 +72,7 @@ def _static_pictures(source: Source) -> list[Unnumbered]:
         force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
         count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
         pictures.append(
-            Unnumbered(
+            DraftPicture(
                 caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
                 alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
                 + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
@@ -120,7 +120,7 @@ def _windows(run: ReportRun) -> list[Window]:
     return windows
 
 
-def _levels_table(loops: Sequence[Loop]) -> Table:
+def _levels_table(loops: Sequence[LoopCurve]) -> Table:
     """Return the forces of each loop at round strokes."""
     reach = max(float(np.nanmax(loop.stroke_mm)) for loop in loops)
     levels = [_LEVEL_STEP_MM * step for step in range(1, int(reach // _LEVEL_STEP_MM) + 1)]
@@ -144,7 +144,7 @@ def _levels_table(loops: Sequence[Loop]) -> Table:
     return Table("Force at round strokes", tuple(columns), tuple(rows))
 
 
-def _dynamic_pictures(source: Source) -> list[Unnumbered]:
+def _dynamic_pictures(source: ReportSource) -> list[DraftPicture]:
     shown = {
         run.number: (run, cycle, loop)
         for run in source.runs
@@ -183,7 +183,7 @@ def _dynamic_pictures(source: Source) -> list[Unnumbered]:
     return pictures
 
 
-def _temperature_pictures(source: Source) -> list[Unnumbered]:
+def _temperature_pictures(source: ReportSource) -> list[DraftPicture]:
     """Return a figure for each comparison of runs of one step at several temperatures."""
     pictures = []
     for comparison in source.document.get("temperature_comparisons") or []:
@@ -198,7 +198,7 @@ def _temperature_pictures(source: Source) -> list[Unnumbered]:
         if len(loops) < 2:
             continue
         pictures.append(
-            Unnumbered(
+            DraftPicture(
                 caption=f"Force over stroke of the same step at {len(loops)} temperatures of the specimen.",
                 alt=f"Force–stroke loops at {', '.join(labels)}; the numbers are tabulated.",
                 plot=labelled_loops(loops, labels),
@@ -214,7 +214,7 @@ def _conditions(trend: Mapping[str, Any]) -> str:
     return text if amplitude is None else f"{text}, amplitude {significant(amplitude, 3)} mm"
 
 
-def _static_loop(source: Source) -> tuple[Loop | None, str]:
+def _static_loop(source: ReportSource) -> tuple[LoopCurve | None, str]:
     """Return the quasi-static cycle to draw dynamic loops over, and how the caption names it."""
     for run in source.runs:
         cycle = run.shown_cycle() if run.kind == "static" else None
@@ -225,13 +225,13 @@ def _static_loop(source: Source) -> tuple[Loop | None, str]:
 
 
 def _loops_picture(
-    chosen: Sequence[tuple[ReportRun, Mapping[str, Any], Loop]], caption: str, plot: Plot
-) -> Unnumbered:
+    chosen: Sequence[tuple[ReportRun, Mapping[str, Any], LoopCurve]], caption: str, plot: Plot
+) -> DraftPicture:
     highest = max(float(np.nanmax(loop.force_kN)) for _, _, loop in chosen)
     rows = []
     for run, cycle, _ in chosen:
         rows.append((*cycle_head(run, cycle), *(value_cell(entry, cycle) for entry in _LOOP_COLUMNS)))
-    return Unnumbered(
+    return DraftPicture(
         caption=caption,
         alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
         plot=plot,

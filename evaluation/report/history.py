@@ -10,7 +10,7 @@ from bufferstand.evaluation.every_quantity import QUANTITIES, SETTLING
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.evidence import number_of
 from bufferstand.evaluation.report.numbers import fixed, measured_cell, quantity_cell, significant, usable
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.evaluation.report.verdicts import verdict_cell
 
 Entry = Mapping[str, Any]
@@ -35,7 +35,7 @@ _NONE_EVALUATED = "no cycle was evaluated"
 _OPEN = "the last cycle is not within 2 % of those before it"
 
 
-def contact_section(source: Source) -> Section | None:
+def contact_section(source: ReportSource) -> Section | None:
     """Return how zeros were set, and by how much that of each static run is off; None where neither is."""
     runs = [(run, contact) for run in source.runs if (contact := run.evaluated.get("first_contact"))]
     zeros = _zeros_table(source)
@@ -59,7 +59,7 @@ def contact_section(source: Source) -> Section | None:
     return Section("first-contact", "First contact", (table,) if zeros is None else (zeros, table))
 
 
-def _zeros_table(source: Source) -> Table | None:
+def _zeros_table(source: ReportSource) -> Table | None:
     """Return each zero once with the runs that count from it; None where no run has one."""
     found: dict[str, tuple[list[int], Entry]] = {}
     for run in source.runs:
@@ -116,7 +116,7 @@ def _contact(run: ReportRun, contact: Entry) -> tuple[Cell, ...]:
     )
 
 
-def history_section(source: Source) -> Section | None:
+def history_section(source: ReportSource) -> Section | None:
     """Return what the records hold besides the figures of cycles; None where there is nothing."""
     blocks = [
         *_table(_HOLDS, *_listed(source, "holds", _hold, _HOLDS_NOTE)),
@@ -198,7 +198,7 @@ def _table(
 
 
 def _listed(
-    source: Source, key: str, row: Callable[[ReportRun, Entry], tuple[Cell, ...]], note: str
+    source: ReportSource, key: str, row: Callable[[ReportRun, Entry], tuple[Cell, ...]], note: str
 ) -> tuple[list[tuple[Cell, ...]], str]:
     """Return a row for each entry, of many in one run of the first and the last, and the note."""
     rows, left = [], []
@@ -288,7 +288,7 @@ def _energy(run: ReportRun, part: int | None) -> tuple[Cell, Cell]:
     )
 
 
-def _own(source: Source, key: str) -> list[Entry]:
+def _own(source: ReportSource, key: str) -> list[Entry]:
     """Return the entries of the document that a run of this report is part of."""
     ids = {run.id for run in source.runs}
 
@@ -299,7 +299,7 @@ def _own(source: Source, key: str) -> list[Entry]:
     return [entry for entry in source.document.get(key) or [] if named(entry) & ids]
 
 
-def _before_after(source: Source) -> list[Table | Texts]:
+def _before_after(source: ReportSource) -> list[Table | Texts]:
     """Return a table for each step that a specimen went through more than once."""
     blocks: list[Table | Texts] = []
     for entry in _own(source, "before_after"):
@@ -335,7 +335,7 @@ def _before_after(source: Source) -> list[Table | Texts]:
 
 
 def _changed(
-    source: Source, after: Entry, name: str, words: str, unit: str, change: Entry
+    source: ReportSource, after: Entry, name: str, words: str, unit: str, change: Entry
 ) -> tuple[Cell, ...]:
     shown = "force_max_kN" if name == "preload_kN" else name
     relative, beyond = usable(change["relative_change"]), change["beyond"]
@@ -353,7 +353,7 @@ def _changed(
     )
 
 
-def _proof(source: Source, total: Entry) -> list[tuple[Cell, ...]]:
+def _proof(source: ReportSource, total: Entry) -> list[tuple[Cell, ...]]:
     return [
         (
             Cell(str(total["specimen"])),

@@ -7,7 +7,7 @@ from datetime import date
 
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Tone
 from bufferstand.evaluation.report.numbers import fixed, moment_text, significant, usable
-from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, ReportSource, runs_text
 from bufferstand.foundation.unguarded import NO_TEMPERATURE_STOP
 
 _NOT_USED = "not used (simulated)"
@@ -35,24 +35,24 @@ def given(text: object, why: str = _TO_BE_GIVEN) -> Cell:
     return Cell(shown) if shown else Cell(DASH, "missing", why)
 
 
-def laboratory(source: Source) -> str:
+def laboratory(source: ReportSource) -> str:
     """Return the laboratory's name from ``report.toml``, else from the runs, else nothing."""
     return source.fields.laboratory or _first(
         source, ("stand", "stand", "laboratory"), ("test", "laboratory")
     )
 
 
-def customer(source: Source) -> str:
+def customer(source: ReportSource) -> str:
     """Return the customer from ``report.toml``, else from the specimen's facts, else nothing."""
     return source.fields.customer or _first(source, ("specimen", "customer"), ("campaign", "customer"))
 
 
-def operator(source: Source) -> str:
+def operator(source: ReportSource) -> str:
     """Return who tested, from ``report.toml``, else from the runs, else nothing."""
     return source.fields.tested_by or _first(source, ("run", "operator"), ("test", "operator"))
 
 
-def _first(source: Source, *paths: tuple[str, ...]) -> str:
+def _first(source: ReportSource, *paths: tuple[str, ...]) -> str:
     for path in paths:
         values = dict.fromkeys(str(run.fact(*path)) for run in source.runs if run.fact(*path))
         if values:
@@ -60,7 +60,7 @@ def _first(source: Source, *paths: tuple[str, ...]) -> str:
     return ""
 
 
-def stand_text(source: Source) -> Cell:
+def stand_text(source: ReportSource) -> Cell:
     """Return the stand's name and id as the runs have them, and whether it was only simulated."""
     names = {
         " · ".join(
@@ -74,7 +74,7 @@ def stand_text(source: Source) -> Cell:
     return given("; ".join(sorted(names)), NOT_RECORDED)
 
 
-def simulated_notice(source: Source) -> tuple[str, ...]:
+def simulated_notice(source: ReportSource) -> tuple[str, ...]:
     """Return what is said of runs on a simulated stand: nothing of them was measured on a specimen."""
     made = [run.number for run in source.runs if run.simulated]
     if not made:
@@ -93,7 +93,7 @@ def simulated_notice(source: Source) -> tuple[str, ...]:
     return (mixed,)
 
 
-def test_dates(source: Source) -> Cell:
+def test_dates(source: ReportSource) -> Cell:
     """Return first start and last end as the runs recorded them."""
     starts = [run.started for run in source.runs if run.started is not None]
     ends = [run.ended for run in source.runs if run.ended is not None]
@@ -103,7 +103,7 @@ def test_dates(source: Source) -> Cell:
     return Cell(f"{first} to {last}")
 
 
-def head(source: Source, software: str) -> Sheet:
+def head(source: ReportSource, software: str) -> Sheet:
     """Return the identification at the top of the report."""
     return Sheet(
         "",
@@ -121,12 +121,12 @@ def head(source: Source, software: str) -> Sheet:
     )
 
 
-def _campaign(source: Source) -> Cell:
+def _campaign(source: ReportSource) -> Cell:
     titled = source.common("campaign", "title")
     return source.common("run", "campaign") if titled.tone == "missing" or not titled.text else titled
 
 
-def _recording_software(source: Source) -> Cell:
+def _recording_software(source: ReportSource) -> Cell:
     versions: dict[str, list[int]] = {}
     for run in source.runs:
         parts = (run.fact("software", "name"), run.fact("software", "version"))
@@ -138,7 +138,7 @@ def _recording_software(source: Source) -> Cell:
     return Cell("; ".join(f"{version or DASH} ({runs_text(of)})" for version, of in versions.items()))
 
 
-def identification(source: Source, specimens: Sequence[tuple[str, Source]] = ()) -> Section:
+def identification(source: ReportSource, specimens: Sequence[tuple[str, ReportSource]] = ()) -> Section:
     """Return the section on laboratory, customer, specimen, stand and dates.
 
     ``specimens`` are those of a comparison, each with the title of its sheet; otherwise there is one.
@@ -147,7 +147,7 @@ def identification(source: Source, specimens: Sequence[tuple[str, Source]] = ())
     return Section("identification", "Identification", (_parties(source), *sheets, _stand(source)))
 
 
-def _parties(source: Source) -> Sheet:
+def _parties(source: ReportSource) -> Sheet:
     fields = source.fields
     return Sheet(
         "Laboratory and customer",
@@ -167,12 +167,12 @@ def _parties(source: Source) -> Sheet:
     )
 
 
-def specimen_sheet(title: str, source: Source) -> Sheet:
+def specimen_sheet(title: str, source: ReportSource) -> Sheet:
     """Return what is on record of the specimen."""
     return Sheet(title, tuple((name, _specimen_fact(source, key)) for name, key in _SPECIMEN))
 
 
-def _specimen_fact(source: Source, key: str) -> Cell:
+def _specimen_fact(source: ReportSource, key: str) -> Cell:
     cell = source.common("specimen", key)
     if cell.text == "":
         return Cell(DASH, "missing", NOT_RECORDED)
@@ -181,7 +181,7 @@ def _specimen_fact(source: Source, key: str) -> Cell:
     return cell
 
 
-def _stand(source: Source) -> Sheet:
+def _stand(source: ReportSource) -> Sheet:
     facts: list[tuple[str, Cell]] = [("Test stand", stand_text(source)), ("Controller", _identity(source))]
     for name, key, unit in (
         ("Force limit", "force_max_kN", "kN"),
@@ -205,7 +205,7 @@ def _stand(source: Source) -> Sheet:
     return Sheet("Test stand and limits in force", tuple(facts))
 
 
-def _not_guarded(source: Source) -> list[str]:
+def _not_guarded(source: ReportSource) -> list[str]:
     """Return what the stand could not guard, with the runs it is true of where it is not all of them."""
     found: dict[str, list[int]] = {}
     for run in source.runs:
@@ -222,7 +222,7 @@ def _said_of(run: ReportRun) -> list[str]:
     return [str(text) for text in run.fact("limits", "not_guarded") or ()]
 
 
-def _identity(source: Source) -> Cell:
+def _identity(source: ReportSource) -> Cell:
     found: dict[str, None] = {}
     for run in source.runs:
         identity = run.fact("stand", "identity")
@@ -234,7 +234,7 @@ def _identity(source: Source) -> Cell:
     return given("; ".join(found), NOT_RECORDED)
 
 
-def calibrations(source: Source) -> Section:
+def calibrations(source: ReportSource) -> Section:
     """Return each channel's calibration with its due date, judged on the day of the test."""
     rows: dict[tuple[str, ...], list[int]] = {}
     for run in source.runs:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Sheet, Table
-from bufferstand.evaluation.report.source import Source, runs_text
+from bufferstand.evaluation.report.source import ReportSource, runs_text
 
 _NOT_STATED = "not stated in the evaluation document"
 _SHEET = (
@@ -28,7 +28,7 @@ _RESULTS = {
 }
 
 
-def limit_set_sheets(source: Source) -> list[Sheet]:
+def limit_set_sheets(source: ReportSource) -> list[Sheet]:
     """Return a fact sheet for each limit set that runs were judged by."""
     found: dict[str, tuple[Mapping[str, Any], list[int]]] = {}
     for run in source.runs:
@@ -59,7 +59,7 @@ def _given(value: object, why: str = _NOT_STATED) -> Cell:
     return Cell(str(value)) if value else Cell(DASH, "missing", why)
 
 
-def inspection_blocks(source: Source) -> list[Sheet | Table]:
+def inspection_blocks(source: ReportSource) -> list[Sheet | Table]:
     """Return each inspector's file that runs were judged by: who, when, lengths, and the checklist."""
     found: dict[str, tuple[Mapping[str, Any], list[int], dict[str, str]]] = {}
     for run in source.runs:

@@ -10,7 +10,7 @@ from bufferstand.model.spring import SpringModel
 
 
 @dataclass(frozen=True, eq=False)
-class Modelled:
+class ModelAnswer:
     """A spring model and its answer to each run, by the run's number."""
 
     file: str

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.evaluation.figures.loops import Loop
+from bufferstand.evaluation.figures.loops import LoopCurve
 from bufferstand.evaluation.figures.model import LoopPair, Warming, model_loops, warming_plot
 from bufferstand.evaluation.figures.plot import Floats
 from bufferstand.evaluation.figures.timeline import Trace
 from bufferstand.evaluation.model_check import RunCheck
 from bufferstand.evaluation.report.content import Cell, Column, Table
-from bufferstand.evaluation.report.model_answer import Modelled
+from bufferstand.evaluation.report.model_answer import ModelAnswer
 from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant, usable
 from bufferstand.evaluation.report.samples import loop_of
 from bufferstand.evaluation.report.source import ReportRun, runs_text
-from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.report.unnumbered import DraftPicture
 
 _WARM_K = 3.0
 """A run whose spring warms by more is shown over time, and with its first and last loop."""
@@ -31,7 +31,7 @@ _MOTION = (
 )
 
 
-def model_pictures(runs: Sequence[ReportRun], given: Modelled) -> list[Unnumbered]:
+def model_pictures(runs: Sequence[ReportRun], given: ModelAnswer) -> list[DraftPicture]:
     """Return loops of static runs, of each prestress, and of the run that warms up most, with its history."""
     shown = [run for run in runs if run.number in given.checks]
     pictures = []
@@ -54,7 +54,9 @@ def model_pictures(runs: Sequence[ReportRun], given: Modelled) -> list[Unnumbere
 _Pair = tuple[ReportRun, LoopPair, Mapping[str, Any]]
 
 
-def _pair(run: ReportRun, given: Modelled, cycle: Mapping[str, Any] | None, label: str = "") -> _Pair | None:
+def _pair(
+    run: ReportRun, given: ModelAnswer, cycle: Mapping[str, Any] | None, label: str = ""
+) -> _Pair | None:
     """Return a cycle as measured and by the model."""
     measured = None if cycle is None else loop_of(run, cycle)
     if cycle is None or measured is None:
@@ -64,7 +66,7 @@ def _pair(run: ReportRun, given: Modelled, cycle: Mapping[str, Any] | None, labe
     inside = (time >= float(cycle["start_s"])) & (time <= float(cycle["end_s"]))
     if np.count_nonzero(inside) < 4:
         return None
-    modelled = Loop(
+    modelled = LoopCurve(
         measured.run, measured.cycle, check.drive.stroke_mm[inside], check.answer.force_kN[inside]
     )
     frequency = usable(cycle.get("frequency_Hz"))
@@ -102,9 +104,9 @@ def _rise_K(check: RunCheck) -> float:  # noqa: N802 - the unit's own letter
     return float(check.answer.temperature_C[-1] - check.answer.temperature_C[0])
 
 
-def _loops_picture(pairs: Sequence[_Pair], words: str, given: Modelled) -> Unnumbered:
+def _loops_picture(pairs: Sequence[_Pair], words: str, given: ModelAnswer) -> DraftPicture:
     numbers = runs_text(dict.fromkeys(run.number for run, _, _ in pairs))
-    return Unnumbered(
+    return DraftPicture(
         caption=f"{words} of {numbers}, measured (thin, black) and by the model {given.model.name} (dashed).",
         alt=f"{len(pairs)} measured force–stroke loops with those of the model; the numbers are tabulated.",
         plot=model_loops([pair for _, pair, _ in pairs]),
@@ -138,12 +140,12 @@ def _pairs_table(pairs: Sequence[_Pair]) -> Table:
     )
 
 
-def _area(loop: Loop) -> float:
+def _area(loop: LoopCurve) -> float:
     whole = ~(np.isnan(loop.stroke_mm) | np.isnan(loop.force_kN))
     return float(np.trapezoid(loop.force_kN[whole], loop.stroke_mm[whole]))
 
 
-def _warming_pictures(run: ReportRun, given: Modelled) -> list[Unnumbered]:
+def _warming_pictures(run: ReportRun, given: ModelAnswer) -> list[DraftPicture]:
     """Return the loops and the history of a run in which the spring warms up (paper, Figs 12 and 11)."""
     check = given.checks[run.number]
     complete = [c for c in run.cycles if c.get("complete") and usable(c.get("absorbed_energy_J")) is not None]
@@ -159,7 +161,7 @@ def _warming_pictures(run: ReportRun, given: Modelled) -> list[Unnumbered]:
     return [*loops, _history(run, given, complete)]
 
 
-def _history(run: ReportRun, given: Modelled, complete: Sequence[Mapping[str, Any]]) -> Unnumbered:
+def _history(run: ReportRun, given: ModelAnswer, complete: Sequence[Mapping[str, Any]]) -> DraftPicture:
     check = given.checks[run.number]
     drive, answer = check.drive, check.answer
     force = answer.force_kN
@@ -176,7 +178,7 @@ def _history(run: ReportRun, given: Modelled, complete: Sequence[Mapping[str, An
         temperatures.append(Trace("sensor, measured", drive.sensor_s, drive.sensor_C))
     assert run.record is not None
     first, last = (fixed(float(answer.temperature_C[n]), 1) for n in (0, -1))
-    return Unnumbered(
+    return DraftPicture(
         caption=f"Stroke, energy absorbed by complete cycles, and temperature over time of run {run.number}, "
         f"measured and by the model {given.model.name}.",
         alt=f"Run {run.number} over time; the model's spring warms from {first} to {last} °C.",

@@ -8,7 +8,7 @@ import numpy as np
 
 from bufferstand.evaluation.model_check import RunCheck
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Sheet, Table, Texts
-from bufferstand.evaluation.report.model_answer import Modelled
+from bufferstand.evaluation.report.model_answer import ModelAnswer
 from bufferstand.evaluation.report.numbers import fixed, quantity_cell, significant
 from bufferstand.evaluation.report.source import ReportRun
 
@@ -20,7 +20,7 @@ _METHOD = (
 )
 
 
-def model_section(runs: Sequence[ReportRun], given: Modelled) -> Section:
+def model_section(runs: Sequence[ReportRun], given: ModelAnswer) -> Section:
     """Return which model was compared, and by how much it misses each run."""
     model = given.model
     facts = Sheet(
@@ -45,7 +45,7 @@ def model_section(runs: Sequence[ReportRun], given: Modelled) -> Section:
     return Section("model", "Model against measurement", tuple(blocks))
 
 
-def _misses(runs: Sequence[ReportRun], given: Modelled) -> Table:
+def _misses(runs: Sequence[ReportRun], given: ModelAnswer) -> Table:
     rows = [_miss(run, given.checks[run.number]) for run in runs if run.number in given.checks]
     return Table(
         "Measured and by the model",

@@ -7,7 +7,7 @@ from typing import Any
 
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import significant, usable
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 
 _EXPLANATION = (
     "Every channel is looked at as it was recorded, and the cycles as a set. Where a finding spoils a "
@@ -19,7 +19,7 @@ _NO_SIZE = "it has no size"
 _MOST_CYCLES = 4
 
 
-def plausibility_section(source: Source) -> Section | None:
+def plausibility_section(source: ReportSource) -> Section | None:
     """Return the findings run by run; None where there are none."""
     rows = [_row(run, finding) for run in source.runs for finding in _findings(run)]
     if not rows:
@@ -43,7 +43,7 @@ def plausibility_section(source: Source) -> Section | None:
     return Section("plausibility", "Plausibility of the channels", (Texts((_EXPLANATION,)), table))
 
 
-def spoiled_notice(source: Source) -> tuple[str, ...]:
+def spoiled_notice(source: ReportSource) -> tuple[str, ...]:
     """Return which runs have a channel that is not to be believed; nothing where none has."""
     spoiled = [run.number for run in source.runs if any(f["effect"] == "spoils" for f in _findings(run))]
     if not spoiled:

@@ -9,7 +9,7 @@ from typing import Any
 from bufferstand.evaluation.archive.identity import settings_entry
 from bufferstand.evaluation.conformity.candidates import standing_of
 from bufferstand.evaluation.conformity.purposes import Candidate, decide_purposes
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.foundation.errors import BadInput
 
 _KINDS = {"static": "static test", "impact": "impact test", "proof": "proof loads"}
@@ -50,7 +50,7 @@ def with_purposes(
     return tuple(told), tuple(statement.entry() for statement in decided.statements), document
 
 
-def check_chosen(sources: Sequence[Source], chosen: Sequence[str]) -> None:
+def check_chosen(sources: Sequence[ReportSource], chosen: Sequence[str]) -> None:
     """Refuse a name that is that of no run.
 
     Raises
@@ -68,7 +68,7 @@ def check_chosen(sources: Sequence[Source], chosen: Sequence[str]) -> None:
             )
 
 
-def purpose_texts(source: Source) -> tuple[str, ...]:
+def purpose_texts(source: ReportSource) -> tuple[str, ...]:
     """Return a sentence for each statement: on which runs it rests, by whose word, and which are left out."""
     numbers = {run.id: run.number for run in source.runs}
     texts = []
@@ -89,7 +89,7 @@ def _none(statement: Mapping[str, Any]) -> str:
     return f"run {elsewhere}, which is not in this report" if elsewhere else f"none; {statement['why']}"
 
 
-def purpose_warnings(source: Source) -> list[str]:
+def purpose_warnings(source: ReportSource) -> list[str]:
     """Return what else could have been meant."""
     return [
         f"Conformity test of {statement['specimen'] or 'a specimen without id'}: {text}."

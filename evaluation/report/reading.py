@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
-from bufferstand.evaluation.archive.identity import Settings
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.identity import EvaluationSettings
+from bufferstand.evaluation.archive.local import LocalWorkers
 from bufferstand.evaluation.archive.tables import document as evaluation_document
-from bufferstand.evaluation.copies import Recording, each_once
+from bufferstand.evaluation.copies import RecordingIdentity, each_once
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.apply_model import apply_model
 from bufferstand.evaluation.report.fields import ReportFields, load_fields
 from bufferstand.evaluation.report.purposes import with_purposes
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 from bufferstand.evaluation.requirements.limit_set import (
     LimitSet,
     find_limit_set,
@@ -98,7 +98,10 @@ def _each_once(loaded: Sequence[Loaded], findings: list[str]) -> list[Loaded]:
                 remedy="make a report of each campaign’s own folder, or put one of the two files elsewhere",
             )
     told = each_once(
-        [Recording(str(run.path), run.id, run.sha256, run.samples_sha256) for run in (o.run for o in loaded)]
+        [
+            RecordingIdentity(str(run.path), run.id, run.sha256, run.samples_sha256)
+            for run in (o.run for o in loaded)
+        ]
     )
     findings += [f"{copy.text}; it is in this report once" for copy in told.copies]
     return [loaded[place] for place in told.kept]
@@ -135,7 +138,9 @@ class Given:
     jobs: int | None = 1
 
 
-def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Given | None = None) -> Source:
+def read_source(
+    path: Path, document: Mapping[str, Any] | None = None, given: Given | None = None
+) -> ReportSource:
     """Read the runs of a report and join each with its evaluation.
 
     Parameters
@@ -172,7 +177,7 @@ def read_source(path: Path, document: Mapping[str, Any] | None = None, given: Gi
         fields = load_fields(path if path.is_dir() else path.parent)
     if given.earlier is not None:
         _entries(given.earlier)
-    return Source(
+    return ReportSource(
         name=path.stem if path.is_file() else path.resolve().name,
         runs=runs,
         document=document,
@@ -192,8 +197,8 @@ def _evaluated(
 ) -> tuple[list[Loaded], dict[str, Any]]:
     """Evaluate the runs, and return those that could be with the document; the others become findings."""
     files = [one.run.path for one in loaded]
-    settings = Settings(given.options, given.limit_set or shipped_limit_set())
-    evaluation = evaluate_archive(files, settings, Local(given.jobs))
+    settings = EvaluationSettings(given.options, given.limit_set or shipped_limit_set())
+    evaluation = evaluate_archive(files, settings, LocalWorkers(given.jobs))
     problems = {failure.path: failure.problem for failure in evaluation.failures}
     if len(problems) == len(loaded):
         path, problem = next(iter(problems.items()))

@@ -6,10 +6,15 @@ import json
 import math
 from collections.abc import Sequence
 
-from bufferstand.evaluation.archive.comparison import Comparison, Move, VerdictChange, compare_evaluations
+from bufferstand.evaluation.archive.comparison import (
+    EvaluationComparison,
+    Move,
+    VerdictChange,
+    compare_evaluations,
+)
 from bufferstand.evaluation.report.content import DASH, Block, Cell, Column, Section, Table, Texts
 from bufferstand.evaluation.report.numbers import fixed, significant
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.report.verdicts import name_of, verdict_cell
 
 MOST_ROWS = 60
@@ -33,12 +38,12 @@ _METHOD = (
 _ONE = "only one of the evaluations has it"
 
 
-def changes_of(source: Source) -> Comparison | None:
+def changes_of(source: ReportSource) -> EvaluationComparison | None:
     """Return what differs from the earlier evaluation, or None where none was given."""
     return None if source.earlier is None else compare_evaluations(source.earlier, source.document)
 
 
-def reevaluation_notice(changes: Comparison | None) -> tuple[str, ...]:
+def reevaluation_notice(changes: EvaluationComparison | None) -> tuple[str, ...]:
     """Return the line at the top of the report, if there is an earlier evaluation."""
     if changes is None:
         return ()
@@ -49,7 +54,7 @@ def reevaluation_notice(changes: Comparison | None) -> tuple[str, ...]:
     return (f"Re-evaluation: {results}; {len(changes.verdicts)} verdicts are others.",)
 
 
-def reevaluation_section(source: Source, changes: Comparison | None) -> Section | None:
+def reevaluation_section(source: ReportSource, changes: EvaluationComparison | None) -> Section | None:
     """Return settings, results and verdicts that are not what they were."""
     if changes is None:
         return None
@@ -67,7 +72,7 @@ def _run(run: str, numbers: dict[str, int]) -> Cell:
     return Cell(str(numbers.get(run, run)), "number")
 
 
-def _settings(changes: Comparison) -> Table:
+def _settings(changes: EvaluationComparison) -> Table:
     rows = [
         (Cell(name.replace("_", " ")), Cell(_text(was)), Cell(_text(now)))
         for name, (was, now) in changes.changed.items()
@@ -86,7 +91,7 @@ def _text(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
-def _verdicts(verdicts: Sequence[VerdictChange], source: Source, numbers: dict[str, int]) -> Table:
+def _verdicts(verdicts: Sequence[VerdictChange], source: ReportSource, numbers: dict[str, int]) -> Table:
     none = "not judged"
     rows = [
         (
@@ -103,7 +108,7 @@ def _verdicts(verdicts: Sequence[VerdictChange], source: Source, numbers: dict[s
     return Table("Verdicts that are others", tuple(Column(title) for title in columns), tuple(rows))
 
 
-def _why(source: Source, change: VerdictChange) -> str:
+def _why(source: ReportSource, change: VerdictChange) -> str:
     """Return the reason of the new verdict."""
     requirements = [r for run in source.runs if run.id == change.run for r in run.requirements]
     named = [r for r in requirements if r["id"] == change.requirement and r.get("cycle") == change.cycle]
@@ -190,7 +195,7 @@ def _named(quantity: str) -> tuple[str, str]:
     return quantity.replace("_", " "), "–"
 
 
-def _remarks(changes: Comparison) -> list[str]:
+def _remarks(changes: EvaluationComparison) -> list[str]:
     remarks = [f"{changes.compared} runs were compared."]
     for words, runs in (
         ("only in the earlier evaluation", changes.only_old),

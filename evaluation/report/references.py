@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.report.verdicts import name_of
 
 _REMEDY = "state them in a limit set of the laboratory’s own (--limits)"
@@ -29,7 +29,7 @@ def is_draft(requirement: Mapping[str, Any]) -> bool:
     return not requirement.get("edition") or not requirement.get("clause")
 
 
-def missing_references(source: Source) -> tuple[str, ...]:
+def missing_references(source: ReportSource) -> tuple[str, ...]:
     """Return what statements of conformity lack, in words: a line a standard; none where they are whole."""
     return tuple(_lacking([r for run in source.runs for r in run.stated]))
 

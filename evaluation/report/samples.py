@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from bufferstand.evaluation.figures.decimate import kept_samples, with_breaks
-from bufferstand.evaluation.figures.loops import Loop
+from bufferstand.evaluation.figures.loops import LoopCurve
 from bufferstand.evaluation.figures.plot import Floats
-from bufferstand.evaluation.figures.timeline import Step, Trace
+from bufferstand.evaluation.figures.timeline import TimelineStep, Trace
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.numbers import usable
 from bufferstand.evaluation.report.source import ReportRun
@@ -20,7 +20,7 @@ _RUN_POINTS = 1500
 _LONGEST_SENSOR_STEPS = 5.0
 
 
-def loop_of(run: ReportRun, cycle: Mapping[str, Any]) -> Loop | None:
+def loop_of(run: ReportRun, cycle: Mapping[str, Any]) -> LoopCurve | None:
     """Return the samples of one cycle, or None if the run has none there."""
     start, end = usable(cycle.get("start_s")), usable(cycle.get("end_s"))
     if run.record is None or start is None or end is None:
@@ -29,7 +29,7 @@ def loop_of(run: ReportRun, cycle: Mapping[str, Any]) -> Loop | None:
     if inside.size < 3:
         return None
     stroke, force = _broken(run.record, int(inside[0]), int(inside[-1]) + 1)
-    return Loop(
+    return LoopCurve(
         run=str(run.number),
         cycle=int(cycle["index"]),
         stroke_mm=stroke,
@@ -47,7 +47,7 @@ def _broken(record: Record, first: int, end: int) -> tuple[Floats, Floats]:
     return stroke, np.insert(record.force_kN[first:end], at, np.nan)
 
 
-def at_strokes(loop: Loop, strokes_mm: Sequence[float]) -> list[tuple[float | None, float | None]]:
+def at_strokes(loop: LoopCurve, strokes_mm: Sequence[float]) -> list[tuple[float | None, float | None]]:
     """Return the force of a loop on its loading and unloading branch at given strokes, by interpolation.
 
     Parameters
@@ -89,14 +89,14 @@ def _interpolated(stroke: Floats, force: Floats, at: float) -> float | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Clock:
+class CampaignClock:
     """When each run began on the campaign's clock [s]; ``note`` says how that was found."""
 
     starts_s: tuple[float, ...]
     note: str
 
 
-def campaign_clock(runs: Sequence[ReportRun]) -> Clock:
+def campaign_clock(runs: Sequence[ReportRun]) -> CampaignClock:
     """Place the runs on one time axis.
 
     By their recorded start where every run has one and none overlaps the next; else one behind the other,
@@ -107,21 +107,23 @@ def campaign_clock(runs: Sequence[ReportRun]) -> Clock:
     starts = [run.started for run in runs]
     known = [start for start in starts if start is not None]
     if len(known) < len(runs):
-        return Clock(end_to_end, "Start times are not on record: the runs are drawn one behind the other.")
+        return CampaignClock(
+            end_to_end, "Start times are not on record: the runs are drawn one behind the other."
+        )
     offsets = tuple((start - known[0]).total_seconds() for start in known)
     pairs = zip(offsets, lengths, offsets[1:], strict=False)
     if any(start + length > following + 1.0 for start, length, following in pairs):
-        return Clock(
+        return CampaignClock(
             end_to_end,
             "The stand ran faster than the clock on the wall: the runs are drawn one behind the other.",
         )
-    return Clock(offsets, "")
+    return CampaignClock(offsets, "")
 
 
-def steps_of(runs: Sequence[ReportRun], clock: Clock) -> list[Step]:
+def steps_of(runs: Sequence[ReportRun], clock: CampaignClock) -> list[TimelineStep]:
     """Return the runs as steps on the campaign's clock."""
     return [
-        Step(
+        TimelineStep(
             str(run.number),
             start,
             start + run.duration_s,
@@ -131,7 +133,7 @@ def steps_of(runs: Sequence[ReportRun], clock: Clock) -> list[Step]:
     ]
 
 
-def stroke_trace(runs: Sequence[ReportRun], clock: Clock) -> Trace:
+def stroke_trace(runs: Sequence[ReportRun], clock: CampaignClock) -> Trace:
     """Return the stroke of all runs on the campaign's clock, thinned for drawing."""
     times: list[Floats] = []
     values: list[Floats] = []
@@ -147,7 +149,7 @@ def stroke_trace(runs: Sequence[ReportRun], clock: Clock) -> Trace:
     return _trace("stroke", times, values)
 
 
-def energy_trace(runs: Sequence[ReportRun], clock: Clock) -> Trace | None:
+def energy_trace(runs: Sequence[ReportRun], clock: CampaignClock) -> Trace | None:
     """Return the energy [J] that the complete cycles absorbed since the start of the first run.
 
     It rises at the end of each cycle by what the evaluation found for it, and stays between runs.
@@ -174,7 +176,7 @@ def energy_trace(runs: Sequence[ReportRun], clock: Clock) -> Trace | None:
     return Trace("energy absorbed by complete cycles", np.array(times), np.array(values))
 
 
-def temperature_traces(runs: Sequence[ReportRun], clock: Clock) -> list[Trace]:
+def temperature_traces(runs: Sequence[ReportRun], clock: CampaignClock) -> list[Trace]:
     """Return each temperature sensor of all runs on the campaign's clock; no line joins two runs."""
     times: dict[str, list[Floats]] = {}
     values: dict[str, list[Floats]] = {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from bufferstand.evaluation.report.fields import ReportFields
 from bufferstand.evaluation.report.numbers import significant, usable
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 
 SAME_STROKE_MM = 2.0
 SAME_AMPLITUDE = 0.05
@@ -18,11 +18,11 @@ MOST_SIDES = 26
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class ComparedSpecimen:
     """One of the compared: a letter, what it is, and its runs with their numbers in this report."""
 
     letter: str
-    source: Source
+    source: ReportSource
 
     @property
     def name(self) -> str:
@@ -33,11 +33,11 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class Sides:
+class ComparedSpecimens:
     """What is compared; the first is the reference. ``whole`` holds the runs of all."""
 
-    sides: tuple[Side, ...]
-    whole: Source
+    sides: tuple[ComparedSpecimen, ...]
+    whole: ReportSource
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class Condition:
     runs: tuple[ReportRun | None, ...]
 
 
-def side_by_side(sources: Sequence[Source], fields: ReportFields) -> Sides:
+def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> ComparedSpecimens:
     """Join sources into one, their runs numbered through.
 
     Parameters
@@ -66,9 +66,9 @@ def side_by_side(sources: Sequence[Source], fields: ReportFields) -> Sides:
             for n, run in enumerate(source.runs, start=1)
         )
         numbered += len(runs)
-        sides.append(Side(chr(ord("A") + place), replace(source, runs=runs)))
+        sides.append(ComparedSpecimen(chr(ord("A") + place), replace(source, runs=runs)))
     rules = {source.decision_rule for source in sources}
-    whole = Source(
+    whole = ReportSource(
         name=" vs ".join(source.name for source in sources),
         runs=tuple(run for side in sides for run in side.source.runs),
         document={
@@ -82,15 +82,15 @@ def side_by_side(sources: Sequence[Source], fields: ReportFields) -> Sides:
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
     )
-    return Sides(tuple(sides), whole)
+    return ComparedSpecimens(tuple(sides), whole)
 
 
-def _unique(sources: Sequence[Source]) -> tuple:  # type: ignore[type-arg]
+def _unique(sources: Sequence[ReportSource]) -> tuple:  # type: ignore[type-arg]
     by_hash = {limits.sha256: limits for source in sources for limits in source.limit_sets}
     return tuple(by_hash[key] for key in sorted(by_hash))
 
 
-def conditions_of(sides: Sides) -> list[Condition]:
+def conditions_of(sides: ComparedSpecimens) -> list[Condition]:
     """Return the steps that two sides or more have run, in the order of the first of them.
 
     Each run is of one condition; where a side has run a step several times, the first is taken with the first
@@ -108,7 +108,7 @@ def conditions_of(sides: Sides) -> list[Condition]:
     return [Condition(n, _words(_any(runs)), tuple(runs)) for n, runs in enumerate(shared, start=1)]
 
 
-def alone(sides: Sides, conditions: Sequence[Condition]) -> list[ReportRun]:
+def alone(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> list[ReportRun]:
     """Return the runs that no other side has a counterpart of."""
     paired = {run.label for condition in conditions for run in condition.runs if run is not None}
     return [part for run in sides.whole.runs for part in run.parts if part.label not in paired]

@@ -11,7 +11,7 @@ from bufferstand.evaluation.extremes.of_run import sample_extremes
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.content import DASH, Cell
 from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.model_answer import Modelled
+from bufferstand.evaluation.report.model_answer import ModelAnswer
 from bufferstand.evaluation.report.numbers import moment_of, usable
 from bufferstand.evaluation.requirements.limit_set import LimitSet
 from bufferstand.evaluation.results import Extreme
@@ -224,7 +224,7 @@ class ReportRun:
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class ReportSource:
     """Everything that a report is made from.
 
     Parameters
@@ -250,7 +250,7 @@ class Source:
     """``simple`` or ``guard-band``; None where the document does not say."""
     limit_sets: tuple[LimitSet, ...] = ()
     """The limit sets that runs were judged by, as far as they are known by more than their hash."""
-    modelled: Modelled | None = None
+    modelled: ModelAnswer | None = None
     """A spring model beside the runs, where one was given."""
     statements: tuple[Mapping[str, Any], ...] = ()
     """On which runs each statement of conformity rests (``conformity`` of the document)."""

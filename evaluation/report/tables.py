@@ -10,7 +10,7 @@ from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table
 from bufferstand.evaluation.report.extremes import extremes_table
 from bufferstand.evaluation.report.numbers import measured_cell, moment_text, quantity_cell, usable
-from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, Source
+from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, ReportSource
 from bufferstand.evaluation.report.verdicts import run_verdict_cell
 from bufferstand.foundation.durations import duration_text
 
@@ -48,7 +48,7 @@ def _why_missing(part: Mapping[str, Any], name: str) -> str:
     return str((part.get("missing") or {}).get(name) or "; ".join(part.get("why") or ()) or _UNSAID)
 
 
-def runs_section(source: Source) -> Section:
+def runs_section(source: ReportSource) -> Section:
     """Return what was done in each run and what came out of it."""
     done = Table(
         "What was run",
@@ -148,7 +148,7 @@ def _temperature_of_run(run: ReportRun) -> Cell:
     return Cell(f"{known_starts[0]:.1f} → {warmest.value:.1f}".replace("-", "−"), "number")
 
 
-def cycles_section(source: Source) -> Section:
+def cycles_section(source: ReportSource) -> Section:
     """Return the tables with a row for each cycle: how it was run, and what came out."""
     chosen = [(run, cycle) for run in source.runs for cycle in _printed(run)]
     left_out = [

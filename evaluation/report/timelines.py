@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot
+from bufferstand.evaluation.figures.timeline import TimelineStep, Trace, stroke_plot, temperature_plot
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
 from bufferstand.evaluation.report.numbers import fixed, quantity_cell, usable
 from bufferstand.evaluation.report.samples import (
@@ -14,12 +14,12 @@ from bufferstand.evaluation.report.samples import (
     stroke_trace,
     temperature_traces,
 )
-from bufferstand.evaluation.report.source import ReportRun, Source
-from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.report.unnumbered import DraftPicture
 from bufferstand.foundation.durations import duration_text
 
 
-def timeline_pictures(source: Source) -> list[Unnumbered]:
+def timeline_pictures(source: ReportSource) -> list[DraftPicture]:
     """Return temperature and stroke over the campaign, as far as there are samples."""
     if not any(run.record is not None for run in source.runs):
         return []
@@ -35,7 +35,7 @@ def timeline_pictures(source: Source) -> list[Unnumbered]:
         energy = energy_trace(source.runs, clock)
         of_energy = "" if energy is None else "; below, the energy that the complete cycles absorbed"
         pictures.append(
-            Unnumbered(
+            DraftPicture(
                 caption=f"Temperatures over the campaign{limit_text}{of_energy}. {note}",
                 alt=_temperature_words(traces, known[0] if known else None),
                 plot=temperature_plot(traces, steps, known[0] if known else None, energy),
@@ -45,7 +45,7 @@ def timeline_pictures(source: Source) -> list[Unnumbered]:
     trace = stroke_trace(source.runs, clock)
     highest = fixed(float(np.nanmax(trace.value)), 1)
     pictures.append(
-        Unnumbered(
+        DraftPicture(
             caption=f"Stroke over the campaign. {note}",
             alt=f"Stroke of {len(source.runs)} runs over time, up to {highest} mm.",
             plot=stroke_plot([trace], steps),
@@ -55,7 +55,7 @@ def timeline_pictures(source: Source) -> list[Unnumbered]:
     return pictures
 
 
-def _stopped(source: Source) -> str:
+def _stopped(source: ReportSource) -> str:
     return "".join(f"Run {run.number} {run.status}: {run.reason}. " for run in source.runs if run.ended_early)
 
 
@@ -68,7 +68,7 @@ def _temperature_words(traces: list[Trace], limit_C: float | None) -> str:
     return f"Temperature over time. {'; '.join(parts)}{limit}."
 
 
-def _temperature_table(source: Source) -> Table:
+def _temperature_table(source: ReportSource) -> Table:
     sensors = list(
         dict.fromkeys(
             sensor.place or sensor.name
@@ -110,7 +110,7 @@ def _readings(run: ReportRun, sensors: list[str]) -> list[Cell]:
     return cells
 
 
-def _stroke_table(source: Source, steps: list[Step]) -> Table:
+def _stroke_table(source: ReportSource, steps: list[TimelineStep]) -> Table:
     rows = []
     for run, step in zip(source.runs, steps, strict=True):
         why = "nothing of the kind was required or measured"

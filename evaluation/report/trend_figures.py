@@ -11,17 +11,17 @@ from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Table
 from bufferstand.evaluation.report.numbers import measured_cell, quantity_cell, significant, usable
-from bufferstand.evaluation.report.source import Source
-from bufferstand.evaluation.report.unnumbered import Unnumbered
+from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.unnumbered import DraftPicture
 
 
-def runs_of_trend(source: Source, trend: Mapping[str, Any]) -> list[int]:
+def runs_of_trend(source: ReportSource, trend: Mapping[str, Any]) -> list[int]:
     """Return the numbers of a trend's runs in this report."""
     wanted = [str(run) for run in trend.get("runs") or []]
     return [run.number for identifier in wanted for run in source.runs if run.id == identifier]
 
 
-def trend_pictures(source: Source) -> list[Unnumbered]:
+def trend_pictures(source: ReportSource) -> list[DraftPicture]:
     """Return one figure a quantity with all its series, where there are any."""
     pictures = []
     for entry in QUANTITIES.that(lambda entry: entry.shown.trend):
@@ -36,7 +36,7 @@ def trend_pictures(source: Source) -> list[Unnumbered]:
         warnings = dict.fromkeys(str(w) for trend, _ in series for w in trend.get("warnings") or [])
         band = any(one.band is not None for _, one in series)
         pictures.append(
-            Unnumbered(
+            DraftPicture(
                 caption=f"{words} over frequency"
                 + (" with linear fits" if fits else "")
                 + (" and their 95 % confidence bands" if band else "")
@@ -95,7 +95,7 @@ def _series(trend: Mapping[str, Any]) -> TrendSeries | None:
     return TrendSeries(_label(trend), f, v, u, slope, intercept, band)
 
 
-def _numbers(source: Source, trends: list[Mapping[str, Any]], words: str, unit: str) -> Table:
+def _numbers(source: ReportSource, trends: list[Mapping[str, Any]], words: str, unit: str) -> Table:
     rows = []
     for trend in trends:
         frequency, value = _floats(trend.get("frequency_Hz")), _floats(trend.get("values"))

@@ -9,7 +9,7 @@ from bufferstand.evaluation.report.content import Table
 
 
 @dataclass(frozen=True)
-class Unnumbered:
+class DraftPicture:
     """A figure with its caption, what it shows in words, and the numbers behind it."""
 
     caption: str

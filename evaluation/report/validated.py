@@ -5,7 +5,7 @@ from __future__ import annotations
 from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts
 from bufferstand.evaluation.report.identification import given
 from bufferstand.evaluation.report.numbers import moment_text
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 
 _NONE = (
     "No validation record is named. One is made by “bufferstand validate --out DIR”; name it in report.toml: "
@@ -18,7 +18,7 @@ _OTHER = (
 _BAD = "The record says that values were not as agreed: these results must not be relied upon."
 
 
-def software_section(source: Source) -> Section:
+def software_section(source: ReportSource) -> Section:
     """Return what validated the software that evaluated the runs, or that nothing did."""
     record = source.validation
     if record is None:

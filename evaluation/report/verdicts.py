@@ -8,7 +8,7 @@ from typing import Any
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Section, Table, Texts, Tone, VerdictLine
 from bufferstand.evaluation.report.judged_by import inspection_blocks, limit_set_sheets
 from bufferstand.evaluation.report.numbers import limits_text, measured_cell, probability_text, usable
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 
 _NAMES = {
     "preload": "Preload",
@@ -127,7 +127,7 @@ def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]
     return tuple(points)
 
 
-def requirements_section(source: Source) -> Section | None:
+def requirements_section(source: ReportSource) -> Section | None:
     """Return the requirements of every run that has any, or None if none has."""
     tables = []
     for run in source.runs:

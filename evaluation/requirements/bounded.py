@@ -1,6 +1,6 @@
 """The value of a condition as a span: as far as the record leaves it open.
 
-Every condition is judged so (:meth:`Span.verdict`): met where nothing in the span breaks it, broken where
+Every condition is judged so (:meth:`ValueSpan.verdict`): met where nothing in the span breaks it, broken where
 nothing in it meets it, else not to be told. What widens each span: docs/evaluation.md, "Conditions".
 """
 
@@ -13,19 +13,19 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.gaps.bridge import ASTIR
-from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, condition_row
 from bufferstand.evaluation.results import RequirementResult
 
 
 @dataclass(frozen=True)
-class Span:
+class ValueSpan:
     """A value lies from ``least`` to ``most``; ``why`` says what keeps the record from telling it better."""
 
     least: float
     most: float
     why: str = ""
 
-    def verdict(self, limits: Limits) -> Verdict:
+    def verdict(self, limits: RowLimits) -> Verdict:
         """Return whether all values of the span keep the limits, or none does, or some."""
         if limits.meets(self.least) and limits.meets(self.most):
             return "pass"
@@ -44,8 +44,8 @@ def spanned_row(
     identity: str,
     cycle: int | None,
     text: str,
-    limits: Limits,
-    span: Span,
+    limits: RowLimits,
+    span: ValueSpan,
     why: str,
     measured: float | None,
     uncertainty: float | None = None,

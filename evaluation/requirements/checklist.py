@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.requirements.limit_set import InspectionItem, LimitSet
-from bufferstand.evaluation.requirements.rows import Case, Limits, row
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, row
 from bufferstand.evaluation.results import RequirementResult
 
 SERVICEABLE = InspectionItem(
@@ -30,7 +30,9 @@ def judge_item(case: Case, item: InspectionItem) -> RequirementResult:
         verdict = "pass" if found.result == "in-order" else "fail"
         why = f"{found.result.replace('-', ' ')}, {_by(case)}"
         why += f": {found.note}" if found.note else ""
-    return row(case, item.id, None, item.text, Limits(None, None, ""), verdict, why, cited=item, by_hand=True)
+    return row(
+        case, item.id, None, item.text, RowLimits(None, None, ""), verdict, why, cited=item, by_hand=True
+    )
 
 
 def _by(case: Case) -> str:

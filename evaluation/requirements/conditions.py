@@ -15,11 +15,11 @@ import numpy as np
 from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.motion import TurningPoint
 from bufferstand.evaluation.requirements.block import block_contact
-from bufferstand.evaluation.requirements.bounded import Span, rows_read, spanned_row, unsure_s
+from bufferstand.evaluation.requirements.bounded import ValueSpan, rows_read, spanned_row, unsure_s
 from bufferstand.evaluation.requirements.dwell import dwell_span
 from bufferstand.evaluation.requirements.highest_contact import highest_contact
 from bufferstand.evaluation.requirements.limit_set import known
-from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, condition_row, shown
 from bufferstand.evaluation.requirements.speed import between_rows, branch_speed
 from bufferstand.evaluation.requirements.strokes import (
     begins_another,
@@ -85,13 +85,13 @@ def _of_a_stroke(case: Case, condition: RequirementResult) -> RequirementResult:
     )
 
 
-def _met(limits: Limits, value: float) -> Verdict:
+def _met(limits: RowLimits, value: float) -> Verdict:
     return "pass" if limits.meets(value) else "fail"
 
 
 def _rest_after_assembly(case: Case) -> RequirementResult | None:
     conditions = case.limits.conditions
-    least = Limits.of(conditions.rest_min_h, "none", "h")
+    least = RowLimits.of(conditions.rest_min_h, "none", "h")
     system = case.facts.specimen.get("elastic_system")
     if least.nothing or (system is not None and system not in conditions.rest_systems):
         return None
@@ -99,9 +99,9 @@ def _rest_after_assembly(case: Case) -> RequirementResult | None:
     if case.limits.readings.rest == "exactly":
         spread = known(conditions.rest_tolerance_h)
         hours = least.lower
-        limits = Limits(None, None, "h", unfilled=True)
+        limits = RowLimits(None, None, "h", unfilled=True)
         if spread is not None and hours is not None:
-            limits = Limits(hours - spread, hours + spread, "h")
+            limits = RowLimits(hours - spread, hours + spread, "h")
         asked = f"{shown(conditions.rest_min_h)} h ± {shown(conditions.rest_tolerance_h)} h"
     systems = ", ".join(conditions.rest_systems)
     text = f"{asked} between assembly and test ({systems})"
@@ -122,9 +122,9 @@ def _rest_after_assembly(case: Case) -> RequirementResult | None:
         started = started.replace(tzinfo=UTC)
     rest_h = (started - assembled).total_seconds() / 3600.0
     why = f"{rest_h:.1f} h after assembly"
-    span = Span(rest_h, rest_h)
+    span = ValueSpan(rest_h, rest_h)
     if _is_day(case.facts.specimen.get("assembled")):
-        span = Span(rest_h - _DAY_H, rest_h, "when on that day it was assembled is not on record")
+        span = ValueSpan(rest_h - _DAY_H, rest_h, "when on that day it was assembled is not on record")
     return spanned_row(case, "rest-after-assembly", None, text, limits, span, why, rest_h)
 
 
@@ -147,7 +147,7 @@ def _moment(value: object) -> datetime | None:
 def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     highest = case.limits.conditions.speed_max_mm_per_s
     text = f"stroke speed at most {shown(highest)} mm/s in both directions"
-    limits = Limits.of("none", highest, "mm/s")
+    limits = RowLimits.of("none", highest, "mm/s")
     if limits.nothing:
         return None
     cycle = result.cycle
@@ -173,7 +173,7 @@ def _speed(case: Case, result: CycleResult) -> RequirementResult | None:
     ends = ((cycle.start, cycle.top), (cycle.top, cycle.end))
     rows = max(_between_rows(case, start, end) for start, end in ends)
     most = max((least if small else measured) + unrecorded, rows)
-    span = Span(max(0.0, least - unrecorded), most, "noise and what is not on record leave it open")
+    span = ValueSpan(max(0.0, least - unrecorded), most, "noise and what is not on record leave it open")
     why = f"loading {up.measured:.4g} mm/s, unloading {down.measured:.4g} mm/s"
     if span.verdict(limits) == "pass" and not limits.meets(measured):
         why += "; above the limit by no more than the noise of the stroke"
@@ -191,7 +191,7 @@ def _between_rows(case: Case, start: TurningPoint, end: TurningPoint) -> float:
 
 def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementResult | None:
     longest = case.limits.conditions.pause_max_s
-    limits = Limits.of("none", longest, "s")
+    limits = RowLimits.of("none", longest, "s")
     if limits.nothing:
         return None
     text = f"pause before the cycle at most {shown(longest)} s"
@@ -203,22 +203,24 @@ def _pause(case: Case, before: CycleResult, result: CycleResult) -> RequirementR
     pause: float | None = max(0.0, start_s - end_s)
     why = f"{pause:.1f} s after cycle {number}"
     by_s = unsure_s(case, end_s) + unsure_s(case, start_s)
-    span = Span(max(0.0, start_s - end_s - by_s), max(0.0, start_s - end_s) + by_s, "rows are so far apart")
+    span = ValueSpan(
+        max(0.0, start_s - end_s - by_s), max(0.0, start_s - end_s) + by_s, "rows are so far apart"
+    )
     if wide and not any(hole.unknown for hole in wide):
         # The strokes beside it may have ended and begun anywhere in it.
         longest_s = max(start_s, wide[-1].end_s) - min(arriving_s, wide[0].start_s)
         pause, why = None, f"no more than {longest_s:.1f} s after cycle {number}: {wide[0].text}"
-        span = Span(0.0, longest_s, "when the strokes beside it ended and began is not on record")
+        span = ValueSpan(0.0, longest_s, "when the strokes beside it ended and began is not on record")
     elif hidden := [d for d in case.numbering.hidden if arriving_s <= d.start_s <= start_s]:
         unknown = any(doubt.unknown for doubt in hidden)
         why = f"{why} by the time stamps"
-        span = Span(0.0, np.inf if unknown else span.most, hidden[0].why)
+        span = ValueSpan(0.0, np.inf if unknown else span.most, hidden[0].why)
     return spanned_row(case, "pause-limit", result.cycle.index, text, limits, span, why, pause)
 
 
 def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult | None:
     longest = case.limits.conditions.dwell_max_s
-    limits = Limits.of("none", longest, "s")
+    limits = RowLimits.of("none", longest, "s")
     if limits.nothing:
         return None
     text = f"unloading follows at once (dwell at most {shown(longest)} s)"
@@ -231,7 +233,7 @@ def _immediate_unloading(case: Case, result: CycleResult) -> RequirementResult |
 
 def _full_release(case: Case, result: CycleResult, *, last: bool) -> RequirementResult | None:
     largest, cycle = case.limits.conditions.residual_stroke_max_mm, result.cycle
-    limits = Limits.of("none", largest, "mm")
+    limits = RowLimits.of("none", largest, "mm")
     if limits.nothing:
         return None
     text = (
@@ -261,7 +263,7 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     return condition_row(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
 
 
-def _not_seen(case: Case, limits: Limits, recorded_mm: float) -> str:
+def _not_seen(case: Case, limits: RowLimits, recorded_mm: float) -> str:
     """Return why the record does not show that a stroke is a residual one, or nothing.
 
     What is left counts from first contact. A zero that is off looks the same as a stroke that is left, so it
@@ -284,7 +286,7 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
         return None
     if not result.cycle.complete:
         text = "cycle to full stroke"
-        return not_evaluated(case, "full-stroke", text, Limits(None, None, "mm"), result)
+        return not_evaluated(case, "full-stroke", text, RowLimits(None, None, "mm"), result)
     reached, force = result.cycle.stroke_max_mm - case.zero_mm, result.quantities.force_max_kN or 0.0
     proof = case.limits.proof_load("F1") if case.limits.readings.static_extent == "proof-load" else None
     contact = _contact_text(case, result)
@@ -294,7 +296,7 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
         for value, name in ((reached, "stroke_max_mm"), (force, "force_max_kN"))
     )
     if proof is not None:
-        limits = Limits.of(proof.force_min_kN, "none", "kN")
+        limits = RowLimits.of(proof.force_min_kN, "none", "kN")
         why = f"{force:.0f} kN at {reached:.2f} mm{contact}"
         verdict: Verdict = "pass" if limits.meets(least_kN) else "inconclusive"
         text = f"cycle to the proof load {proof.id} (at least {shown(proof.force_min_kN)} kN)"
@@ -303,7 +305,7 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     cap = known(energy.force_cap_kN)
     capped = cap is not None and least_kN >= cap
     full = capped or (least is not None and least_mm >= least - 3.0 * result.cycle.top.u_stroke_mm)
-    limits = Limits(least, None, "mm", unfilled=least is None and not capped)
+    limits = RowLimits(least, None, "mm", unfilled=least is None and not capped)
     why = f"{reached:.2f} mm at {force:.0f} kN{contact}"
     if least is not None and not full:
         why += ": the record stops short of full stroke"

@@ -12,7 +12,7 @@ import numpy as np
 
 from bufferstand.evaluation.dwells import EASED_S
 from bufferstand.evaluation.gaps.bridge import alike_within
-from bufferstand.evaluation.requirements.bounded import Span, rows_read, unsure_s
+from bufferstand.evaluation.requirements.bounded import ValueSpan, rows_read, unsure_s
 from bufferstand.evaluation.requirements.rows import Case
 from bufferstand.evaluation.requirements.speed import branch_speed
 from bufferstand.evaluation.results import CycleResult
@@ -21,16 +21,16 @@ _NOISE = 3.0
 """The row itself may lie so many standard deviations of its noise nearer to the top."""
 
 
-def dwell_span(case: Case, result: CycleResult) -> Span:
+def dwell_span(case: Case, result: CycleResult) -> ValueSpan:
     """Return how long a complete cycle may have dwelt at its upper turning point [s]."""
     top = result.cycle.top
     hidden_s = _hidden_s(case, result)
     why = "how long it dwelt is known no better by the noise and the distance of the rows about the top"
     if top.dwell_s == 0.0:
         # A stand eases into its turn: what it takes for that is no dwell.
-        return Span(0.0, hidden_s if hidden_s > EASED_S else 0.0, why)
+        return ValueSpan(0.0, hidden_s if hidden_s > EASED_S else 0.0, why)
     by_rows_s = unsure_s(case, top.time_s) + unsure_s(case, top.leave_s)
-    return Span(max(0.0, top.dwell_s - by_rows_s), max(top.dwell_s + by_rows_s, hidden_s), why)
+    return ValueSpan(max(0.0, top.dwell_s - by_rows_s), max(top.dwell_s + by_rows_s, hidden_s), why)
 
 
 def _hidden_s(case: Case, result: CycleResult) -> float:

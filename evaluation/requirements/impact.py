@@ -12,7 +12,7 @@ from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import Limit
 from bufferstand.evaluation.requirements.rows import (
     Case,
-    Limits,
+    RowLimits,
     drawn_ratio,
     judged,
     row,
@@ -40,7 +40,10 @@ def _speed(case: Case) -> RequirementResult | None:
 
     The speed is the laboratory's word, without an uncertainty: its value alone decides.
     """
-    speed, limits = case.facts.impact_speed_km_h, Limits.of("none", case.limits.impact.speed_max_km_h, "km/h")
+    speed, limits = (
+        case.facts.impact_speed_km_h,
+        RowLimits.of("none", case.limits.impact.speed_max_km_h, "km/h"),
+    )
     if speed is None or limits.nothing:
         return None
     mass = case.facts.impact_mass_t
@@ -74,11 +77,11 @@ def _energies(case: Case) -> list[RequirementResult]:
         return [
             row(case, identity, None, text, limits, "inconclusive", why, cited=case.limits.impact)
             for identity, text, limits in (
-                ("stored-energy-category", "stored energy of the category", Limits.of(least, "none", "J")),
+                ("stored-energy-category", "stored energy of the category", RowLimits.of(least, "none", "J")),
                 (
                     "absorbed-energy-ratio",
                     "absorbed over stored energy",
-                    Limits.of(case.limits.impact.ratio_min, "none", "1"),
+                    RowLimits.of(case.limits.impact.ratio_min, "none", "1"),
                 ),
             )
         ]
@@ -97,7 +100,7 @@ def _stored(case: Case, result: CycleResult, category: object) -> RequirementRes
     identity = "stored-energy-category"
     least: Limit = impact.stored_min_J.get(str(category), "none")
     as_printed = case.limits.readings.comparator == "as-printed"
-    limits = Limits.of(least, "none", "J", beyond=as_printed and str(category) in impact.printed_greater)
+    limits = RowLimits.of(least, "none", "J", beyond=as_printed and str(category) in impact.printed_greater)
     if limits.nothing or stored is None:
         text = "stored energy of the category"
         why = "no stored energy" if stored is None else f"the limit set has no category {category}"
@@ -114,7 +117,7 @@ def _ratio(case: Case, result: CycleResult) -> RequirementResult:
     index, ratio = result.cycle.index, result.quantities.damping
     as_printed = case.limits.readings.comparator == "as-printed"
     beyond = as_printed and "ratio_min" in impact.printed_greater
-    identity, limits = "absorbed-energy-ratio", Limits.of(impact.ratio_min, "none", "1", beyond=beyond)
+    identity, limits = "absorbed-energy-ratio", RowLimits.of(impact.ratio_min, "none", "1", beyond=beyond)
     text = f"absorbed over stored energy at least {impact.ratio_min}"
     if ratio is None:
         why = "the stored energy is not positive"

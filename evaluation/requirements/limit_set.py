@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
-from bufferstand.evaluation.requirements.readings import Readings
+from bufferstand.evaluation.requirements.readings import LimitSetReadings
 from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S
 from bufferstand.foundation.canonical import content_hash
 from bufferstand.foundation.errors import BadInput
@@ -70,7 +70,7 @@ class Applies(Settings):
     elastic_systems: Names = ()
 
 
-class Conditions(Cited):
+class StaticTestConditions(Cited):
     """Conditions of the static test."""
 
     sources: dict[str, str] = Field(default_factory=dict)
@@ -163,7 +163,7 @@ class InspectionItem(Cited):
     text: str
 
 
-_NO_CONDITIONS = Conditions(
+_NO_CONDITIONS = StaticTestConditions(
     temperature_min_C="none",
     temperature_max_C="none",
     speed_max_mm_per_s="none",
@@ -193,8 +193,8 @@ class LimitSet(Settings):
     source: str = Field(min_length=1)
     note: str = ""
     applies: Applies
-    readings: Readings = Readings()
-    conditions: Conditions = _NO_CONDITIONS
+    readings: LimitSetReadings = LimitSetReadings()
+    conditions: StaticTestConditions = _NO_CONDITIONS
     force: Annotated[tuple[ForceWindow, ...], BeforeValidator(_as_tuple)] = ()
     energy: EnergyLimits = _NO_ENERGY
     impact: ImpactLimits = _NO_IMPACT

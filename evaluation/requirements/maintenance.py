@@ -13,7 +13,7 @@ import numpy as np
 
 from bufferstand.evaluation.requirements.checklist import judge_item
 from bufferstand.evaluation.requirements.limit_set import Cited, ForceWindow, Limit, Maintenance, known
-from bufferstand.evaluation.requirements.rows import Case, Limits, judged, row
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, judged, row
 from bufferstand.evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
 from bufferstand.evaluation.requirements.static import preload
 from bufferstand.evaluation.results import RequirementResult
@@ -61,7 +61,7 @@ def _preload(case: Case, limits: Maintenance) -> RequirementResult:
     )
     if case.cycles:
         return replace(preload(case, case.cycles[0].cycle.index, window), stroke_mm=0.0)
-    bounds = Limits.of(limits.preload_min_kN, limits.preload_max_kN, "kN")
+    bounds = RowLimits.of(limits.preload_min_kN, limits.preload_max_kN, "kN")
     why = "no complete cycle on record"
     return row(case, "preload", None, "preload", bounds, "not-tested", why, cited=limits)
 
@@ -78,7 +78,7 @@ def _hand_uncertainty_mm(case: Case) -> float | None:
 def _by_hand(
     case: Case, identity: str, length_mm: float | None, lower: Limit, upper: Limit
 ) -> RequirementResult:
-    limits, text = Limits.of(lower, upper, "mm"), identity.replace("-", " ")
+    limits, text = RowLimits.of(lower, upper, "mm"), identity.replace("-", " ")
     if length_mm is None:
         why = f"no {text} in an inspector's file for this specimen"
         return row(case, identity, None, text, limits, "not-tested", why, cited=_cited(case))
@@ -123,7 +123,7 @@ def _held_uncertainty_mm(case: Case, force_kN: float, stroke_mm: float, slope: f
 def _held(case: Case, limits: Maintenance, assembled_mm: float | None) -> RequirementResult:
     identity = f"length-at-{limits.hold_force_kN:g}kN"
     text = f"length at {limits.hold_force_kN:g} kN"
-    bounds = Limits.of(limits.length_at_hold_min_mm, limits.length_at_hold_max_mm, "mm")
+    bounds = RowLimits.of(limits.length_at_hold_min_mm, limits.length_at_hold_max_mm, "mm")
     held = held_stroke(case, limits.hold_force_kN)
     if held is None or assembled_mm is None:
         why = (

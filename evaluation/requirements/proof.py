@@ -15,7 +15,7 @@ from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.checklist import SERVICEABLE, judge_item
 from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import ProofLoad
-from bufferstand.evaluation.requirements.rows import Case, Limits, judged, row, shown, spoiling
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, judged, row, shown, spoiling
 from bufferstand.evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
 from bufferstand.evaluation.requirements.strokes import why_not
 from bufferstand.evaluation.results import RequirementResult
@@ -66,7 +66,9 @@ def _unknown_load(case: Case) -> RequirementResult:
     )
     why += f" ([test] proof_load, one of {names})"
     text = "proof load"
-    return row(case, "proof-load", None, text, Limits(None, None, "kN"), "inconclusive", why, condition=True)
+    return row(
+        case, "proof-load", None, text, RowLimits(None, None, "kN"), "inconclusive", why, condition=True
+    )
 
 
 def peak_force_kN(force_kN: FloatArray) -> float | None:  # noqa: N802 - the unit's own letters
@@ -108,7 +110,7 @@ def _rest_mm(time_s: FloatArray, stroke_mm: FloatArray) -> float | None:
 
 def _force(case: Case, load: ProofLoad) -> RequirementResult:
     identity, text = f"proof-load-{load.id.lower()}", f"{load.id}, {load.text}: force reached"
-    limits = Limits.of(load.force_min_kN, "none", "kN")
+    limits = RowLimits.of(load.force_min_kN, "none", "kN")
     peaks = [result.quantities.force_max_kN for result in case.cycles]
     weakest = min((peak for peak in peaks if peak is not None), default=None)
     # A load that is repeated must be reached each time.
@@ -141,7 +143,7 @@ def _force(case: Case, load: ProofLoad) -> RequirementResult:
 
 
 def _cycles(case: Case, load: ProofLoad) -> RequirementResult | None:
-    limits = Limits.of(load.cycles_min, "none", "cycles")
+    limits = RowLimits.of(load.cycles_min, "none", "cycles")
     if limits.nothing:
         return None
     text = f"{load.id}: {shown(load.cycles_min)} load cycles"
@@ -156,7 +158,7 @@ def _cycles(case: Case, load: ProofLoad) -> RequirementResult | None:
 
 
 def _deformation(case: Case, load: ProofLoad) -> RequirementResult | None:
-    limits = Limits.of("none", load.permanent_deformation_max_mm, "mm")
+    limits = RowLimits.of("none", load.permanent_deformation_max_mm, "mm")
     proof = case.limits.proof
     if limits.nothing or proof is None:
         return None

@@ -7,7 +7,7 @@ from typing import Literal
 from bufferstand.foundation.settings import Settings
 
 
-class Readings(Settings):
+class LimitSetReadings(Settings):
     """How a limit set reads what its source leaves open (docs/limit-sets.md); defaults where a set is silent.
 
     Attributes

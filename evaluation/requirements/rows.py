@@ -14,11 +14,11 @@ from bufferstand.evaluation.error_model import Draws
 from bufferstand.evaluation.facts.first_contact import FirstContact
 from bufferstand.evaluation.facts.inspection import Inspection
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.gaps.bridge import Hole
+from bufferstand.evaluation.gaps.bridge import RecordGap
 from bufferstand.evaluation.gaps.numbering import Numbering
-from bufferstand.evaluation.gaps.reread import Reread
+from bufferstand.evaluation.gaps.reread import BoundedReadings
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.reads import Spoiled
+from bufferstand.evaluation.plausibility.reads import SpoiledFigures
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.decision import conformance_probability, decide
 from bufferstand.evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
@@ -47,21 +47,21 @@ class Case:
     """What the inspector of this run or specimen wrote down."""
     strokes: tuple[CycleResult, ...] = ()
     numbering: Numbering = field(default_factory=Numbering)
-    reread: Reread = field(default_factory=Reread)
+    reread: BoundedReadings = field(default_factory=BoundedReadings)
     regression: Regression | None = None
     """By which what was drawn of a figure says what it owes to the errors of the channels."""
     zero_mm: float = 0.0
     """Where strokes are counted from, on the recorded stroke: 0, or first contact."""
     contact: FirstContact | None = None
     """First contact as the record shows it."""
-    spoiled: Spoiled = field(default_factory=Spoiled)
+    spoiled: SpoiledFigures = field(default_factory=SpoiledFigures)
     """What of the record is not to be believed."""
-    holes: tuple[Hole, ...] = ()
+    holes: tuple[RecordGap, ...] = ()
     """What is not on record, in order of time."""
 
 
 @dataclass(frozen=True)
-class Limits:
+class RowLimits:
     """Limits of one row, with their unit; None where there is none.
 
     ``unfilled``: the limit set leaves a side to be filled in. ``beyond``: the lower limit itself fails.
@@ -74,7 +74,7 @@ class Limits:
     beyond: bool = False
 
     @classmethod
-    def of(cls, lower: Limit, upper: Limit, unit: str, *, beyond: bool = False) -> Limits:
+    def of(cls, lower: Limit, upper: Limit, unit: str, *, beyond: bool = False) -> RowLimits:
         """Return the limits of a row as a limit set states them."""
         return cls(known(lower), known(upper), unit, "fill-in" in (lower, upper), beyond)
 
@@ -103,7 +103,7 @@ def row(
     identity: str,
     cycle: int | None,
     text: str,
-    limits: Limits,
+    limits: RowLimits,
     verdict: Verdict,
     why: str,
     *,
@@ -157,7 +157,7 @@ def condition_row(
     identity: str,
     cycle: int | None,
     text: str,
-    limits: Limits,
+    limits: RowLimits,
     measured: float | None,
     verdict: Verdict,
     why: str,
@@ -186,7 +186,7 @@ def judged(
     identity: str,
     cycle: int | None,
     text: str,
-    limits: Limits,
+    limits: RowLimits,
     measured: float,
     drawn: FloatArray | None,
     cited: Cited,

@@ -15,7 +15,7 @@ from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import Cited, ForceWindow, known
 from bufferstand.evaluation.requirements.rows import (
     Case,
-    Limits,
+    RowLimits,
     drawn_ratio,
     judged,
     row,
@@ -73,7 +73,7 @@ def _binds(case: Case, position: int, count: int) -> bool:
 
 
 def _unevaluated(
-    case: Case, result: CycleResult, identity: str, text: str, limits: Limits, cited: Cited
+    case: Case, result: CycleResult, identity: str, text: str, limits: RowLimits, cited: Cited
 ) -> RequirementResult:
     """Return the requirement of a stroke that happened but cannot be evaluated."""
     return row(case, identity, result.cycle.index, text, limits, "inconclusive", why_not(result), cited=cited)
@@ -84,7 +84,7 @@ def _force(case: Case, result: CycleResult, window: ForceWindow) -> RequirementR
 
 
 def _window(case: Case, result: CycleResult, window: ForceWindow) -> RequirementResult:
-    limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
+    limits = RowLimits.of(window.lower_kN, window.upper_kN, "kN")
     index = result.cycle.index
     text = f"force at {shown(window.stroke_mm)} mm stroke, loading"
     if not result.cycle.complete:
@@ -104,7 +104,7 @@ def _window(case: Case, result: CycleResult, window: ForceWindow) -> Requirement
 
 def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm: float) -> RequirementResult:
     """Return the row of a window that the cycle reached."""
-    limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
+    limits = RowLimits.of(window.lower_kN, window.upper_kN, "kN")
     prepared, top = case.prepared[result.cycle.index], result.cycle.stroke_max_mm
     index, text = result.cycle.index, f"force at {stroke_mm:g} mm stroke, loading"
     at = stroke_mm + case.zero_mm
@@ -167,7 +167,7 @@ def _pulled(case: Case, result: RequirementResult) -> RequirementResult:
 def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
     """Return the preload judged, by the reading of the limit set; ``why`` states the other reading."""
     prepared = case.prepared[index]
-    limits = Limits.of(window.lower_kN, window.upper_kN, "kN")
+    limits = RowLimits.of(window.lower_kN, window.upper_kN, "kN")
     zero = case.zero_mm
     over_line = (zero, zero + PRELOAD_FROM_MM, zero + PRELOAD_TO_MM)
     about = (zero + PRELOAD_READING_MM, zero, zero + 2.0 * PRELOAD_READING_MM)
@@ -233,7 +233,7 @@ def _beyond(case: Case, key: str) -> bool:
 
 def _stored(case: Case, result: CycleResult, short: bool) -> RequirementResult | None:
     limits = case.limits.energy
-    least = Limits.of(limits.stored_min_J, "none", "J", beyond=_beyond(case, "stored_min_J"))
+    least = RowLimits.of(limits.stored_min_J, "none", "J", beyond=_beyond(case, "stored_min_J"))
     if least.nothing:
         return None
     index = result.cycle.index
@@ -298,7 +298,7 @@ def _ratio_by(case: Case, result: CycleResult, short: bool, *, first: bool) -> R
     index = result.cycle.index
     key = "ratio_first_min" if first else "ratio_later_min"
     least = energy.ratio_first_min if first else energy.ratio_later_min
-    limits = Limits.of(least, "none", "1", beyond=_beyond(case, key))
+    limits = RowLimits.of(least, "none", "1", beyond=_beyond(case, key))
     if limits.nothing:
         return None
     compared = "more than" if limits.beyond else "at least"

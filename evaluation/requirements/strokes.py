@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.evaluation.requirements.bounded import Span, spanned_row
-from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
+from bufferstand.evaluation.requirements.bounded import ValueSpan, spanned_row
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, condition_row, shown
 from bufferstand.evaluation.results import CycleResult, RequirementResult
 
 ROSE = 0.05
@@ -23,7 +23,7 @@ def judged_strokes(case: Case) -> tuple[CycleResult, ...]:
 
 
 def not_evaluated(
-    case: Case, identity: str, text: str, limits: Limits, result: CycleResult
+    case: Case, identity: str, text: str, limits: RowLimits, result: CycleResult
 ) -> RequirementResult:
     """Return the condition of a stroke that happened but cannot be evaluated."""
     return condition_row(
@@ -36,7 +36,7 @@ def why_not(result: CycleResult) -> str:
     return f"stroke {result.cycle.index} happened but is not evaluated: {'; '.join(result.cycle.why)}"
 
 
-def bridged_why(limits: Limits, value: float, bound: float) -> str:
+def bridged_why(limits: RowLimits, value: float, bound: float) -> str:
     """Return that what is not on record may bring a value to the other side of a limit, or nothing."""
     if limits.meets(value - bound) == limits.meets(value + bound):
         return ""
@@ -70,7 +70,7 @@ def cycle_count(case: Case) -> RequirementResult | None:
     the last stroke that is judged may hide one, or where the record begins or ends within one.
     """
     wanted, found = case.limits.conditions.cycles, len(case.strokes)
-    limits = Limits.of(wanted, "none", "cycles")
+    limits = RowLimits.of(wanted, "none", "cycles")
     if limits.nothing:
         return None
     whole = found - sum(_is_cut(stroke) for stroke in case.strokes)
@@ -82,10 +82,10 @@ def cycle_count(case: Case) -> RequirementResult | None:
         why += f", the first {least} are judged"
     last = judged_strokes(case)[-1].cycle.index if case.strokes else 0
     most = float(found + begins_another(case))
-    span = Span(float(whole), most, "the record begins or ends within a further one")
+    span = ValueSpan(float(whole), most, "the record begins or ends within a further one")
     if case.numbering.begun:
-        span = Span(float(whole), np.inf, case.numbering.begun)
+        span = ValueSpan(float(whole), np.inf, case.numbering.begun)
     if hidden := [d.why for d in case.numbering.hidden if d.first <= last or whole < least]:
-        span = Span(0.0, np.inf, hidden[0])
+        span = ValueSpan(0.0, np.inf, hidden[0])
     text = f"{shown(wanted)} complete cycles"
     return spanned_row(case, "cycle-count", None, text, limits, span, why, float(whole))

@@ -15,9 +15,9 @@ from bufferstand.evaluation.document_types import Verdict
 from bufferstand.evaluation.dwells import EASED_S
 from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.requirements.bounded import unsure_s
-from bufferstand.evaluation.requirements.rows import Case, Limits, condition_row, shown
+from bufferstand.evaluation.requirements.rows import Case, RowLimits, condition_row, shown
 from bufferstand.evaluation.results import CycleResult, RequirementResult
-from bufferstand.evaluation.thermometry.coverage import Hole, longest_hole, read_at, readings_of
+from bufferstand.evaluation.thermometry.coverage import TemperatureGap, longest_hole, read_at, readings_of
 
 _IDENTITY = "temperature-range"
 _SLOW_S = 1.0
@@ -36,7 +36,7 @@ class _Seen:
     sensor: Temperature
     coldest_C: float
     warmest_C: float
-    hole: Hole
+    hole: TemperatureGap
     surely_C: tuple[float, float]
     at_start_C: float
 
@@ -51,7 +51,7 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     conditions, cycle = case.limits.conditions, result.cycle
     low, high = conditions.temperature_min_C, conditions.temperature_max_C
     text = f"temperature {shown(low)} to {shown(high)} °C at the start of the cycle and during it"
-    limits = Limits.of(low, high, "°C")
+    limits = RowLimits.of(low, high, "°C")
     if limits.nothing:
         return None
     specimen = [s for s in case.record.temperatures if s.role == "specimen"]
@@ -90,7 +90,7 @@ def temperature_range(case: Case, result: CycleResult) -> RequirementResult | No
     return condition_row(case, _IDENTITY, cycle.index, text, limits, worst, verdict, why, uncertainty)
 
 
-def _breaks(limits: Limits, coldest_C: float, warmest_C: float) -> bool:
+def _breaks(limits: RowLimits, coldest_C: float, warmest_C: float) -> bool:
     """Say whether it was surely colder or warmer than permitted: so cold at least, and so warm at least."""
     below = limits.lower is not None and coldest_C < limits.lower
     return below or (limits.upper is not None and warmest_C > limits.upper)

@@ -18,7 +18,7 @@ from bufferstand.evaluation.results import CycleResult
 from bufferstand.foundation.ranks import median
 
 if TYPE_CHECKING:
-    from bufferstand.evaluation.gaps.found import Found
+    from bufferstand.evaluation.gaps.found import CyclesOfRecord
     from bufferstand.recording.run import RunEvent
 
 OVER = 0.85
@@ -76,7 +76,7 @@ def settling(results: Sequence[CycleResult], events: Sequence[RunEvent]) -> froz
     return frozenset(number for sine in _corrected(events) for number in _settling(cycles, sine))
 
 
-def with_settling(found: Found, events: Sequence[RunEvent]) -> Found:
+def with_settling(found: CyclesOfRecord, events: Sequence[RunEvent]) -> CyclesOfRecord:
     """Return what was found in a run; cycles in which its sine was still being corrected are not steady."""
     numbers = settling(found.results, events) if events else frozenset()
     if not numbers:

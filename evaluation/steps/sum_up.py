@@ -23,7 +23,7 @@ from bufferstand.evaluation.summary import MeanOfDraws, summarise
 
 
 @dataclass(frozen=True, eq=False)
-class SummedUp:
+class StepFigures:
     """What stands for a run. Of a run with several steps only ``steps`` does, and the rest is empty."""
 
     summary: Summary
@@ -37,7 +37,7 @@ class SummedUp:
 
 
 @dataclass(frozen=True, eq=False)
-class Evaluated:
+class EvaluatedCycles:
     """A run whose cycles are evaluated, and what its figures were propagated with.
 
     ``regression`` is on the errors that were drawn (None: none could be). ``tallies`` are what they make of
@@ -56,7 +56,7 @@ class Evaluated:
     added: InertiaForce | None = None
 
 
-def sum_up(run: Evaluated, division: Division) -> SummedUp:
+def sum_up(run: EvaluatedCycles, division: Division) -> StepFigures:
     """Return what stands for a run, or for each of its steps.
 
     Parameters
@@ -85,10 +85,10 @@ def sum_up(run: Evaluated, division: Division) -> SummedUp:
                 shared_errors=own.shared_errors,
             )
         )
-    return SummedUp(summarise((), (), MeanOfDraws()), steps=tuple(steps))
+    return StepFigures(summarise((), (), MeanOfDraws()), steps=tuple(steps))
 
 
-def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> SummedUp:
+def _summed(run: EvaluatedCycles, used: tuple[int, ...], tally: MeanOfDraws) -> StepFigures:
     summary = summarise(run.results, used, tally)
     budget: tuple[Budget, ...] = ()
     if run.budgets:
@@ -100,7 +100,7 @@ def _summed(run: Evaluated, used: tuple[int, ...], tally: MeanOfDraws) -> Summed
     if run.regression is not None and tally.drawn:
         found = {name: run.regression.contributions(values) for name, values in tally.means().items()}
         shared = run.regression.shared(found)
-    return SummedUp(
+    return StepFigures(
         summary, budget, _skew(run, used), mean_loop(run.record, run.results, used, run.loops), shared
     )
 
@@ -116,7 +116,7 @@ def _gap_limits(results: Sequence[CycleResult], used: Sequence[int]) -> dict[str
     return {name: sum(limits.get(name, 0.0) for limits in each) / len(each) for name in names}
 
 
-def _skew(run: Evaluated, used: Sequence[int]) -> SkewSensitivity:
+def _skew(run: EvaluatedCycles, used: Sequence[int]) -> SkewSensitivity:
     wanted = set(used)
     chosen = [result for result in run.results if result.cycle.index in wanted]
     return skew_sensitivity(

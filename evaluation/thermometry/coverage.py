@@ -19,7 +19,7 @@ READING_INTERVAL_S = 15.0
 """Readings cover a cycle up to this distance, unless the limit set says otherwise."""
 
 
-class Hole(NamedTuple):
+class TemperatureGap(NamedTuple):
     """A stretch of time in which a sensor has no reading [s]."""
 
     from_s: float
@@ -70,7 +70,7 @@ def read_at(time_s: FloatArray, value_C: FloatArray, at_s: FloatArray, interval_
     return np.where(np.minimum(to_before, to_behind) <= interval_s, read, np.nan)
 
 
-def longest_hole(time_s: FloatArray, start_s: float, end_s: float) -> Hole | None:
+def longest_hole(time_s: FloatArray, start_s: float, end_s: float) -> TemperatureGap | None:
     """Return the longest stretch without a reading in a cycle.
 
     Parameters
@@ -92,12 +92,12 @@ def longest_hole(time_s: FloatArray, start_s: float, end_s: float) -> Hole | Non
     if last > first:
         points = np.concatenate(([start_s], time_s[first:last], [end_s]))
         at = int(np.argmax(np.diff(points)))
-        return Hole(float(points[at]), float(points[at + 1]))
+        return TemperatureGap(float(points[at]), float(points[at + 1]))
     sides = []
     if first > 0:
-        sides.append(Hole(float(time_s[first - 1]), end_s))
+        sides.append(TemperatureGap(float(time_s[first - 1]), end_s))
     if last < time_s.size:
-        sides.append(Hole(start_s, float(time_s[last])))
+        sides.append(TemperatureGap(start_s, float(time_s[last])))
     return min(sides, key=lambda hole: hole.length_s)
 
 

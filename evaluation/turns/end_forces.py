@@ -22,7 +22,7 @@ import numpy as np
 from bufferstand.evaluation.arrays import BoolArray, FloatArray, IndexArray
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.turns.nested_fits import MODELS, Choice, choose, fit
-from bufferstand.evaluation.turns.windows import MOST_POINTS, Ends, Windows, end_windows
+from bufferstand.evaluation.turns.windows import MOST_POINTS, BranchEnds, Windows, end_windows
 
 MOST_ASKED = 24
 """So many readings show which window and terms suit those beside them."""
@@ -91,7 +91,7 @@ class EndForces:
 
 def end_forces(
     record: Record,
-    groups: Sequence[tuple[Ends, int]],
+    groups: Sequence[tuple[BranchEnds, int]],
     sigma_kN: float,
     sigma_mm: float,
     *,
@@ -118,7 +118,7 @@ def end_forces(
     """
     sizes = [group.time_s.size for group, _ in groups]
     starts = np.concatenate(([0], np.cumsum(sizes)))
-    ends = Ends.joined([group for group, _ in groups])
+    ends = BranchEnds.joined([group for group, _ in groups])
     samples = [_spread(size, most) for size, (_, most) in zip(sizes, groups, strict=True)]
     asked = np.concatenate([rows + start for rows, start in zip(samples, starts.tolist(), strict=False)])
     windows = end_windows(record, ends.rows(asked), sigma_mm, at_rest=at_rest)
@@ -150,7 +150,7 @@ def _spread(size: int, most: int) -> IndexArray:
     return np.unique(np.linspace(0, size - 1, most).round().astype(np.intp))
 
 
-def _read(record: Record, ends: Ends, windows: Windows, choice: Choice, *, at_rest: bool) -> EndForces:
+def _read(record: Record, ends: BranchEnds, windows: Windows, choice: Choice, *, at_rest: bool) -> EndForces:
     """Return the forces by the fits that were chosen."""
     number = ends.time_s.size
     points = np.minimum(choice.points, windows.count)

@@ -33,7 +33,7 @@ Sums = dict[tuple[int, int], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class EndFit:
     """Fits, any shape: value at the end, its gain of a point's noise, residual, slope by the second term, and
     what the last term takes (the square of the second one, where it is among them).
     """
@@ -128,7 +128,7 @@ def _steepness(windows: Windows) -> FloatArray:
     return np.asarray(np.abs(force / np.where(along == 0.0, np.inf, along)) / windows.reach_mm)
 
 
-def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Fit:
+def fit(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> EndFit:
     """Return fits by some of the terms over the first ``points`` (E, K) of each window, shape (E, K)."""
     return _fitted(windows, points, terms, _sums_of(windows, points, terms))
 
@@ -141,14 +141,14 @@ def _sums_of(windows: Windows, points: IndexArray, terms: tuple[int, ...]) -> Su
     return _sums(columns, points)
 
 
-def _fitted(windows: Windows, points: IndexArray, terms: tuple[int, ...], sums: Sums) -> Fit:
+def _fitted(windows: Windows, points: IndexArray, terms: tuple[int, ...], sums: Sums) -> EndFit:
     number = len(terms)
     matrix = [[sums[a, b] for b in terms[: place + 1]] for place, a in enumerate(terms)]
     right, squares = [sums[_FORCE, a] for a in terms], sums[_FORCE, _FORCE]
     found, first = solved(matrix, right, points)
     away = squares - sum(f * r for f, r in zip(found, right, strict=True))
     spare = np.maximum(points - number, 1)
-    return Fit(
+    return EndFit(
         found[0] + windows.force_kN[:, :1],
         np.sqrt(first),
         np.sqrt(np.maximum(away, 0.0) / spare),

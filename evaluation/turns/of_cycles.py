@@ -13,7 +13,7 @@ from bufferstand.evaluation.motion import CycleColumns, TurnColumns
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.turns.end_forces import MOST_ASKED, EndForces, continuous, end_forces
 from bufferstand.evaluation.turns.sharpness import LONGEST_S
-from bufferstand.evaluation.turns.windows import Ends
+from bufferstand.evaluation.turns.windows import BranchEnds
 
 BY_SPEED = 0.2
 """Where the largest force is so much of the loop's height above that at the upper turn, speed makes it."""
@@ -31,7 +31,7 @@ _EASED = 0.05
 """A stand eases out of a rest over so much of it, at most."""
 
 
-def arrivals(record: Record, turns: CycleColumns, *, alone: bool = False) -> tuple[IndexArray, Ends]:
+def arrivals(record: Record, turns: CycleColumns, *, alone: bool = False) -> tuple[IndexArray, BranchEnds]:
     """Return the lower turning points at which a branch arrives that no cycle read (:func:`arriving`).
 
     Returns
@@ -46,14 +46,14 @@ def arrivals(record: Record, turns: CycleColumns, *, alone: bool = False) -> tup
     shorter_s = np.minimum(top.time_s - start.leave_s, end.time_s - top.leave_s)[rows]
     inside = Stretches.between(record.time_s, at_s - _ARRIVES * shorter_s, at_s).trimmed(record.time_s)
     smooth = start.method[rows] == "polynomial"
-    return rows, Ends(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
+    return rows, BranchEnds(at_s, stroke, inside.first, inside.last, np.zeros(rows.size, dtype=bool), smooth)
 
 
 def arriving(
     turns: CycleColumns,
     own: EndForces,
     ends: EndForces,
-    first: tuple[IndexArray, Ends, EndForces],
+    first: tuple[IndexArray, BranchEnds, EndForces],
     *,
     alone: bool = False,
 ) -> EndForces:
@@ -114,7 +114,7 @@ def at_rests(
         eased_s = np.minimum(_EASED * (end_s - begin_s), LONGEST_S) if leaving else 0.0
         inside = Stretches.between(record.time_s, begin_s, end_s - eased_s).trimmed(record.time_s)
         begins = np.full(rests.size, not leaving)
-        ends = Ends(end_s if leaving else begin_s, stroke, inside.first, inside.last, begins, ~begins)
+        ends = BranchEnds(end_s if leaving else begin_s, stroke, inside.first, inside.last, begins, ~begins)
         (there,) = end_forces(record, [(ends, most_asked)], *noise, at_rest=True)
         known = inside.last - inside.first >= _LEAST_REST
         found = found.replaced(rests[known], there.rows(known))

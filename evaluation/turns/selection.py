@@ -48,7 +48,7 @@ class Selected:
 
 
 @dataclass(frozen=True, eq=False)
-class Turns:
+class FittedTurns:
     """Turns, shape (R,), that were fitted: ``sign`` turns lower ones upside down, ``height`` of their lower
     side [mm], samples of each window (R, L), noise of the stroke.
     """
@@ -59,7 +59,9 @@ class Turns:
     sigma_mm: float
 
 
-def selected(time_s: FloatArray, stroke_mm: FloatArray, turns: Turns, smooth: Fits, sharp: Fits) -> Selected:
+def selected(
+    time_s: FloatArray, stroke_mm: FloatArray, turns: FittedTurns, smooth: Fits, sharp: Fits
+) -> Selected:
     """Return the fit that counts at each turn.
 
     Flanks that the samples near their tip contradict do not count, unless polynomials know still less: then
@@ -140,7 +142,7 @@ class _Both:
         )
         return Tips(at_s, value, sign[rows], rise, fall, bend, noise[rows], self.u[rows, columns])
 
-    def smooth_ones(self, turns: Turns) -> tuple[IndexArray, FloatArray]:
+    def smooth_ones(self, turns: FittedTurns) -> tuple[IndexArray, FloatArray]:
         """Return the polynomial that counts at each turn, and its u; infinite where its samples are few."""
         residual = np.where(turns.samples < _RESOLVED, np.inf, self.residual[:, : self._widths])
         chosen, _ = _choice(residual, self.u[:, : self._widths], turns)
@@ -148,7 +150,7 @@ class _Both:
         return chosen, np.where(np.isfinite(residual[at]), self.u[at], np.inf)
 
 
-def _choice(residual: FloatArray, u: FloatArray, turns: Turns) -> tuple[IndexArray, FloatArray]:
+def _choice(residual: FloatArray, u: FloatArray, turns: FittedTurns) -> tuple[IndexArray, FloatArray]:
     """Return the fit that counts at each turn, by its residual as a share of the noise, and that noise.
 
     A wide window leaves little of the noise, and of a distorted stroke a misfit that just hides in it. If

@@ -31,7 +31,7 @@ _HOLED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
+class BranchEnds:
     """Ends of branches, shape (E,): moment and stroke of the turning point, samples ``first`` … ``last``
     (excluded) of the branch, whether the branch begins there, and whether the stroke turns smoothly.
     """
@@ -44,16 +44,16 @@ class Ends:
     smooth: BoolArray
 
     @classmethod
-    def joined(cls, groups: Sequence[Ends]) -> Ends:
+    def joined(cls, groups: Sequence[BranchEnds]) -> BranchEnds:
         """Return several groups one after the other."""
         if len(groups) == 1:
             return groups[0]
         columns = [[getattr(group, own.name) for group in groups] for own in fields(cls)]
         return cls(*map(np.concatenate, columns))
 
-    def rows(self, chosen: IndexArray) -> Ends:
+    def rows(self, chosen: IndexArray) -> BranchEnds:
         """Return some of them."""
-        return Ends(
+        return BranchEnds(
             self.time_s[chosen],
             self.stroke_mm[chosen],
             self.first[chosen],
@@ -98,7 +98,7 @@ class Windows:
 
 def end_windows(
     record: Record,
-    ends: Ends,
+    ends: BranchEnds,
     sigma_mm: float,
     *,
     at_rest: bool,
@@ -160,7 +160,7 @@ def end_windows(
     )
 
 
-def _means(record: Record, ends: Ends, each: int, points: int) -> list[FloatArray]:
+def _means(record: Record, ends: BranchEnds, each: int, points: int) -> list[FloatArray]:
     """Return time, stroke and force from the ends inwards, means of so many samples, (E, ``points``)."""
     own = np.arange(points * each)
     first, last = ends.first[:, None], ends.last[:, None]

@@ -65,7 +65,7 @@ class _Options:
 
 
 @dataclass(frozen=True, config=_STRICT)
-class Truth:
+class AgreedTruth:
     """What is agreed of a record (``truth.json``)."""
 
     schema: Literal["bufferstand/validation-set/1"]
@@ -77,7 +77,7 @@ class Truth:
     agreed: list[Agreed]
 
 
-_TRUTH = TypeAdapter(Truth)
+_TRUTH = TypeAdapter(AgreedTruth)
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class StandardSet:
     """A standard data set: its folder and what is agreed of its record."""
 
     folder: Path
-    truth: Truth
+    truth: AgreedTruth
 
     @property
     def id(self) -> str:

@@ -1,6 +1,6 @@
 """Checks of the wiring: signals of one motion compared with each other and with the plan.
 
-Each check is a pure function from a :class:`bufferstand.evaluation.plausibility.Look` to findings, in its own
+Each check is a pure function from a :class:`bufferstand.evaluation.plausibility.RunView` to findings, in its own
 module. What is found joins the findings of the run (:mod:`bufferstand.evaluation.plausibility`) and has their
 effects.
 """
@@ -11,9 +11,9 @@ from collections.abc import Iterable
 
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.wiring.exchanged import force_is_a_stroke
-from bufferstand.evaluation.wiring.expected import Outlook, force_and_plan, outlook_of
+from bufferstand.evaluation.wiring.expected import PlanExpectation, force_and_plan, outlook_of
 from bufferstand.evaluation.wiring.forces import dead_force, two_forces
 from bufferstand.evaluation.wiring.late import late_force
 from bufferstand.evaluation.wiring.strokes import strokes_and_piston
@@ -28,7 +28,7 @@ _SCALE = ("unit", "scale", "sign", "exchanged", "frozen")
 """Kinds after which nothing more need be said of a channel's scale."""
 
 
-def doubted_signals(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
+def doubted_signals(look: RunView, known: Iterable[Finding] = ()) -> list[Finding]:
     """Return what speaks against a run: what is known, and what its signals say of each other.
 
     Parameters
@@ -55,7 +55,7 @@ def doubted_signals(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     return [*known, *told_by_guards(look), *sides, *planned, *thermometers(look)]
 
 
-def _side_by_side(look: Look, signals: Signals | None, outlook: Outlook | None) -> list[Finding]:
+def _side_by_side(look: RunView, signals: Signals | None, outlook: PlanExpectation | None) -> list[Finding]:
     dead = dead_force(look)
     if signals is None:
         return dead

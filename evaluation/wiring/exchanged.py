@@ -7,7 +7,7 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import PISTON, Signals
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.wiring.words import SETTING, doubt
 
 SAME = 0.005
@@ -17,7 +17,7 @@ ALIEN = 0.1
 LEAST = 5.0
 
 
-def force_is_a_stroke(look: Look, signals: Signals) -> list[Finding]:
+def force_is_a_stroke(look: RunView, signals: Signals) -> list[Finding]:
     """Return whether force and one of the strokes show the same figures, kN for mm.
 
     Parameters

@@ -14,7 +14,7 @@ import numpy as np
 
 from bufferstand.evaluation.held_against import expected_turns
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.wiring.fit import shown
 from bufferstand.evaluation.wiring.words import SETTING, doubt
 from bufferstand.foundation.ranks import quantile
@@ -28,7 +28,7 @@ LEAST_KN = 5.0
 
 
 @dataclass(frozen=True)
-class Outlook:
+class PlanExpectation:
     """The run's greatest force as a multiple of the expected one, where the stroke lets them be compared.
 
     Attributes
@@ -58,7 +58,7 @@ class Outlook:
         return self.as_far and self.no_farther
 
 
-def outlook_of(look: Look) -> Outlook | None:
+def outlook_of(look: RunView) -> PlanExpectation | None:
     """Return what the plan expected of the run's force against what came; None where it is not on record."""
     step = look.facts.step
     expected_kN, expected_mm = _number(step.get("expected_peak_force_kN")), _stroke_mm(step, look.facts.kind)
@@ -69,10 +69,10 @@ def outlook_of(look: Look) -> Outlook | None:
         return None
     low, high = quantile(force, 0.001), quantile(force, 0.999)
     peak_kN = high if high >= -low else low
-    return Outlook(peak_kN / expected_kN, quantile(stroke, 0.999), expected_mm)
+    return PlanExpectation(peak_kN / expected_kN, quantile(stroke, 0.999), expected_mm)
 
 
-def force_and_plan(look: Look, outlook: Outlook | None) -> list[Finding]:
+def force_and_plan(look: RunView, outlook: PlanExpectation | None) -> list[Finding]:
     """Return whether the force is of another scale than the plan expected.
 
     Parameters

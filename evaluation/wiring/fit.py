@@ -19,7 +19,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Fit:
+class SignalFit:
     """``y = zero + factor · x``, least squares.
 
     Attributes
@@ -34,7 +34,7 @@ class Fit:
     left: float
 
 
-def fitted(x: FloatArray, y: FloatArray) -> Fit | None:
+def fitted(x: FloatArray, y: FloatArray) -> SignalFit | None:
     """Return how y follows x, shape (N,) each; None where x does not move."""
     mean_x, mean_y = float(np.mean(x)), float(np.mean(y))
     x, y = x - mean_x, y - mean_y
@@ -44,12 +44,12 @@ def fitted(x: FloatArray, y: FloatArray) -> Fit | None:
     factor = float(np.dot(x, y)) / spread
     rest = y - factor * x
     left = float(np.sqrt(np.dot(rest, rest) / own)) if own > 0.0 else 0.0
-    return Fit(factor, mean_y - factor * mean_x, left)
+    return SignalFit(factor, mean_y - factor * mean_x, left)
 
 
 def lateness(
     time_s: FloatArray, x: FloatArray, y: FloatArray, least_s: float = -np.inf
-) -> tuple[float, Fit] | None:
+) -> tuple[float, SignalFit] | None:
     """Return by how much later than x the signal y is [s], at which it follows best, and that fit.
 
     Parameters

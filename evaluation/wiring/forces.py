@@ -10,9 +10,9 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
-from bufferstand.evaluation.wiring.jumped import Jumped, jumped
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.wiring.fit import SignalFit, fitted, lateness, shown, still_from
+from bufferstand.evaluation.wiring.jumped import ForceChange, jumped
 from bufferstand.evaluation.wiring.words import SECOND, SETTING, doubt
 
 FACTOR = 0.05
@@ -41,7 +41,7 @@ LEAST_LATE_S = 0.02
 """The amplifier's own delay is known to some ms."""
 
 
-def dead_force(look: Look) -> list[Finding]:
+def dead_force(look: RunView) -> list[Finding]:
     """Return whether the force stands still from the first to the last sample though the specimen is moved.
 
     Parameters
@@ -58,7 +58,7 @@ def dead_force(look: Look) -> list[Finding]:
     return [doubt(look, "frozen", "force", float(np.ptp(stroke)), "mm", text)]
 
 
-def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Finding]:
+def two_forces(look: RunView, signals: Signals, expected: float | None) -> list[Finding]:
     """Return how the second force belies the first.
 
     Parameters
@@ -93,7 +93,7 @@ def two_forces(look: Look, signals: Signals, expected: float | None) -> list[Fin
     return [_jumped(look, jump), *(finding for finding in rest if finding.kind != "zero")]
 
 
-def _still(look: Look, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> list[Finding]:
+def _still(look: RunView, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> list[Finding]:
     """Return the force that stands still, always or from a time on, while the other one moves."""
     for (name, own), (other_name, other) in (
         tuple(forces.items()),
@@ -116,7 +116,7 @@ def _still(look: Look, time_s: FloatArray, forces: Mapping[str, FloatArray]) -> 
     return []
 
 
-def _jumped(look: Look, jump: Jumped) -> Finding:
+def _jumped(look: RunView, jump: ForceChange) -> Finding:
     """Return the force that has jumped; where that cannot be told, both."""
     if not jump.name:
         text = (
@@ -133,7 +133,7 @@ def _jumped(look: Look, jump: Jumped) -> Finding:
 
 
 def _followed(
-    look: Look,
+    look: RunView,
     time_s: FloatArray,
     one: FloatArray,
     two: FloatArray,
@@ -177,7 +177,7 @@ def _by_stamps(time_s: FloatArray, force: FloatArray, loose_s: float) -> float:
     return float(np.sqrt(np.mean(moved**2))) / spread if spread > 0.0 else 0.0
 
 
-def _late(look: Look, late_s: float) -> Finding:
+def _late(look: RunView, late_s: float) -> Finding:
     name, other = ("force_2", "force") if late_s > 0.0 else ("force", "force_2")
     text = (
         f"{name} comes {abs(late_s):.3g} s later than {other}: look at the filter of its amplifier and at "
@@ -186,7 +186,7 @@ def _late(look: Look, late_s: float) -> Finding:
     return _doubt(look, "delay", name, abs(late_s), "s", text)
 
 
-def _scale_or_zero(look: Look, fit: Fit, one: FloatArray, expected: float | None) -> list[Finding]:
+def _scale_or_zero(look: RunView, fit: SignalFit, one: FloatArray, expected: float | None) -> list[Finding]:
     """Return a factor other than 1, else a zero other than 0."""
     if abs(fit.factor - 1.0) > FACTOR:
         return [_scaled(look, fit.factor, expected)]
@@ -202,7 +202,7 @@ def _scale_or_zero(look: Look, fit: Fit, one: FloatArray, expected: float | None
     return [_doubt(look, "zero", "force", fit.zero, "kN", text)]
 
 
-def _scaled(look: Look, factor: float, expected: float | None) -> Finding:
+def _scaled(look: RunView, factor: float, expected: float | None) -> Finding:
     """Return which force is of another factor or sign: as a multiple of the other one."""
     name = _wrong_one(factor, expected)
     own, other = ("force", "force_2") if name == "force" else ("force_2", "force")
@@ -230,6 +230,6 @@ def _where(name: str) -> str:
     return f"look at the calibration in {places.get(name, f'{SETTING} and {SECOND}')}, and at the cell's plug"
 
 
-def _doubt(look: Look, kind: str, channel: str, size: float | None, unit: str, text: str) -> Finding:
+def _doubt(look: RunView, kind: str, channel: str, size: float | None, unit: str, text: str) -> Finding:
     effect = "noted" if channel == "force_2" else "spoils"
     return doubt(look, kind, channel, size, unit, text, effect=effect)  # type: ignore[arg-type]

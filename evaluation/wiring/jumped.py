@@ -29,7 +29,7 @@ HOLE = 3.0
 
 
 @dataclass(frozen=True)
-class Jumped:
+class ForceChange:
     """A jump of one force against the other.
 
     Parameters
@@ -49,7 +49,9 @@ class Jumped:
     at: int
 
 
-def jumped(time_s: FloatArray, one: FloatArray, two: FloatArray, stroke: FloatArray | None) -> Jumped | None:
+def jumped(
+    time_s: FloatArray, one: FloatArray, two: FloatArray, stroke: FloatArray | None
+) -> ForceChange | None:
     """Return the greatest jump of ``force_2`` against ``force`` that lasts; None where there is none.
 
     Parameters
@@ -86,7 +88,7 @@ def jumped(time_s: FloatArray, one: FloatArray, two: FloatArray, stroke: FloatAr
     name = _name({"force": (one, -size_kN), "force_2": (two, size_kN)}, at, wide)
     if stroke is not None and _breaks_too(stroke, at, width):
         name = ""
-    return Jumped(name, -size_kN if name == "force" else size_kN, float(time_s[at]), at)
+    return ForceChange(name, -size_kN if name == "force" else size_kN, float(time_s[at]), at)
 
 
 def _native(time_s: FloatArray, value: FloatArray, step_s: float) -> int:

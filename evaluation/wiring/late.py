@@ -14,7 +14,7 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.motion import Cycle
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.signs import force_falls
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.results import CycleResult
@@ -42,7 +42,7 @@ _FEWEST, _LOOKED_AT, _MOST_TURNS = 100, 8000, 400
 _LOST = ("clipped", "frozen")
 
 
-def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
+def late_force(look: RunView, known: Iterable[Finding] = ()) -> list[Finding]:
     """Return by how much the force is late, where the record shows it.
 
     Parameters
@@ -72,7 +72,7 @@ def late_force(look: Look, known: Iterable[Finding] = ()) -> list[Finding]:
     return [doubt(look, "delay", "force", size_s, "s", text)]
 
 
-def _late_s(look: Look, complete: Sequence[CycleResult], least_s: float, *, shifts: bool) -> float | None:
+def _late_s(look: RunView, complete: Sequence[CycleResult], least_s: float, *, shifts: bool) -> float | None:
     """Return by how much the force of some cycles is late [s]; None: it is not, or by less."""
     every = max(1, -(-len(complete) // _MOST_TURNS))
     turns = _after_turns(look, complete[::every])
@@ -83,7 +83,7 @@ def _late_s(look: Look, complete: Sequence[CycleResult], least_s: float, *, shif
 
 
 def _is_sound_turned(
-    look: Look, known: Iterable[Finding], complete: Sequence[CycleResult], least_s: float
+    look: RunView, known: Iterable[Finding], complete: Sequence[CycleResult], least_s: float
 ) -> bool:
     """Say whether the force is that of a sound specimen with the other sign, and need not be late for it.
 
@@ -126,7 +126,7 @@ class _Turn(NamedTuple):
     late_s: float
 
 
-def _after_turns(look: Look, results: Sequence[CycleResult]) -> list[_Turn]:
+def _after_turns(look: RunView, results: Sequence[CycleResult]) -> list[_Turn]:
     """Return what the force does after upper turns; nothing of those that say nothing of its lateness."""
     record = look.record
     known = [

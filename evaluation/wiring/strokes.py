@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
-from bufferstand.evaluation.wiring.fit import Fit, fitted, lateness, shown, still_from
+from bufferstand.evaluation.plausibility.look import RunView
+from bufferstand.evaluation.wiring.fit import SignalFit, fitted, lateness, shown, still_from
 from bufferstand.evaluation.wiring.words import SETTING, doubt
-from bufferstand.foundation import ranks
+from bufferstand.foundation.ranks import median as median_of
 
 STIFFNESS = 150.0
 """Of a machine that states none [kN/mm]."""
@@ -51,7 +51,7 @@ _FEWEST, _FEWEST_FREE = 100, 10
 _STRETCHES = 20
 
 
-def strokes_and_piston(look: Look, signals: Signals, stiffness: float | None) -> list[Finding]:
+def strokes_and_piston(look: RunView, signals: Signals, stiffness: float | None) -> list[Finding]:
     """Return how wires, piston and command belie each other.
 
     Parameters
@@ -81,7 +81,7 @@ def strokes_and_piston(look: Look, signals: Signals, stiffness: float | None) ->
     )
 
 
-def _piston(look: Look, signals: Signals, position: FloatArray) -> list[Finding]:
+def _piston(look: RunView, signals: Signals, position: FloatArray) -> list[Finding]:
     """Return whether the piston's signal follows its command."""
     command = signals.get("command")
     if command is None or float(np.ptp(command)) < LEAST_MM:
@@ -106,7 +106,7 @@ def _piston(look: Look, signals: Signals, position: FloatArray) -> list[Finding]
     return [doubt(look, kind, "position", fit.factor, "", text, effect="noted")]
 
 
-def _command_moves(look: Look, signals: Signals) -> list[Finding]:
+def _command_moves(look: RunView, signals: Signals) -> list[Finding]:
     """Return whether the piston's signal stands still under a command that moves."""
     command, position = signals.get("command"), signals.get("position")
     if command is None or position is None:
@@ -132,7 +132,7 @@ def _in_contact(signals: Signals, position: FloatArray) -> NDArray[np.bool_]:
 
 
 def _expected(
-    look: Look, signals: Signals, position: FloatArray, stiffness: float | None
+    look: RunView, signals: Signals, position: FloatArray, stiffness: float | None
 ) -> tuple[FloatArray, float]:
     """Return the stroke by the piston [mm], shape (N,), and how much more the machine may give way [mm]."""
     stated = stiffness or STIFFNESS
@@ -142,7 +142,7 @@ def _expected(
 
 
 def _wire(
-    look: Look,
+    look: RunView,
     name: str,
     signals: Signals,
     rows: NDArray[np.bool_],
@@ -189,7 +189,9 @@ def _wire(
     return found + _factor_or_zero(look, name, fit, span_mm, slack_mm)
 
 
-def _factor_or_zero(look: Look, name: str, fit: Fit, span_mm: float, slack_mm: float) -> list[Finding]:
+def _factor_or_zero(
+    look: RunView, name: str, fit: SignalFit, span_mm: float, slack_mm: float
+) -> list[Finding]:
     where = f"look at the channel “{name}” in {SETTING} (calibration) and at how the wire hangs"
     if not 1.0 - FACTOR - slack_mm / span_mm <= fit.factor <= 1.0 + FACTOR:
         if fit.factor < 0.0:
@@ -206,7 +208,7 @@ def _factor_or_zero(look: Look, name: str, fit: Fit, span_mm: float, slack_mm: f
     return [doubt(look, "zero", name, fit.zero, "mm", text)]
 
 
-def _together(look: Look, judged: Mapping[str, list[Finding]]) -> list[Finding]:
+def _together(look: RunView, judged: Mapping[str, list[Finding]]) -> list[Finding]:
     """Return the findings of the wires; of what all of them have in common one about the stroke."""
     all_found = [finding for one in judged.values() for finding in one]
     first = [one[0] for one in judged.values() if one]
@@ -228,7 +230,7 @@ def _together(look: Look, judged: Mapping[str, list[Finding]]) -> list[Finding]:
     return [doubt(look, first[0].kind, "stroke", first[0].size, first[0].unit, text)]
 
 
-def _wires_alone(look: Look, signals: Signals) -> list[Finding]:
+def _wires_alone(look: RunView, signals: Signals) -> list[Finding]:
     """Return whether two wires differ by a factor, where no piston says which is right."""
     if len(signals.strokes) < 2 or look.out:
         return []
@@ -252,7 +254,7 @@ def _wires_alone(look: Look, signals: Signals) -> list[Finding]:
     return [doubt(look, kind, "stroke", fit.factor, "", text)]
 
 
-def _zeros(look: Look, signals: Signals) -> list[Finding]:
+def _zeros(look: RunView, signals: Signals) -> list[Finding]:
     """Return which wires read a stroke where no force is on the specimen yet."""
     force = signals.by_name["force"]
     pressed = np.abs(force) >= max(FREE_KN, FREE_SHARE * look.force.span)  # which spikes do not widen
@@ -264,7 +266,7 @@ def _zeros(look: Look, signals: Signals) -> list[Finding]:
     if isinstance(length_mm, int | float):
         limit_mm = max(FREE_MM, FREE_OF_LENGTH * float(length_mm))
     read = {
-        name: ranks.median(signals.by_name[name][:first]) for name in signals.strokes if name not in look.out
+        name: median_of(signals.by_name[name][:first]) for name in signals.strokes if name not in look.out
     }
     off = {name: mm for name, mm in read.items() if mm > limit_mm}
     if len(read) == 2 and len(off) < 2:
@@ -282,7 +284,7 @@ def _zeros(look: Look, signals: Signals) -> list[Finding]:
     return [doubt(look, "zero", channel, size, "mm", text)]
 
 
-def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: FloatArray) -> list[Finding]:
+def _slipped(look: RunView, signals: Signals, rows: NDArray[np.bool_], expected: FloatArray) -> list[Finding]:
     """Return the wire that leaves the piston for good while the other one does not."""
     if any(name in look.out for name in signals.strokes) or len(signals.strokes) < 2:
         return []
@@ -311,7 +313,7 @@ def _slipped(look: Look, signals: Signals, rows: NDArray[np.bool_], expected: Fl
 def _step(time_s: FloatArray, left_mm: FloatArray) -> tuple[float, float]:
     """Return the largest lasting step of what a wire is off the piston [mm], and when [s]."""
     parts = np.array_split(np.arange(time_s.size), _STRETCHES)
-    levels = [ranks.median(left_mm[part[0] : part[-1] + 1]) for part in parts]
+    levels = [median_of(left_mm[part[0] : part[-1] + 1]) for part in parts]
     cuts = range(2, _STRETCHES - 1)
     left = [_off_median(levels[:cut]) + _off_median(levels[cut:]) for cut in cuts]
     cut = cuts[left.index(min(left))]  # two levels fit best there; their medians alone hardly move with it

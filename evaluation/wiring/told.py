@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from bufferstand.evaluation.facts.run_facts import GuardDoubt
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 
 _OF_FIGURES = ("force", "stroke", "temperature", "speed")
 
 
-def told_by_guards(look: Look) -> list[Finding]:
+def told_by_guards(look: RunView) -> list[Finding]:
     """Return the doubts that guards wrote into the run file, as they were written.
 
     A guard that doubts a channel of the figures takes them; any other is noted.
@@ -21,7 +21,7 @@ def told_by_guards(look: Look) -> list[Finding]:
     return [_finding(look, doubt) for doubt in look.facts.guard_doubts]
 
 
-def _finding(look: Look, doubt: GuardDoubt) -> Finding:
+def _finding(look: RunView, doubt: GuardDoubt) -> Finding:
     start_s = float(look.samples.time_s[0]) if doubt.time_s is None else doubt.time_s
     end_s = max(start_s, float(look.samples.time_s[-1]))
     spoils = doubt.wiring and doubt.channel.split("_")[0] in _OF_FIGURES and doubt.channel != "force_2"

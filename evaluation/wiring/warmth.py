@@ -13,7 +13,7 @@ import numpy as np
 from bufferstand.evaluation.arrays import FloatArray
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.record import Temperature
 from bufferstand.evaluation.wiring.words import SENSOR, doubt
 from bufferstand.foundation.ranks import median
@@ -34,7 +34,7 @@ _FEWEST = 4
 _BEGUN = 0.1
 
 
-def thermometers(look: Look) -> list[Finding]:
+def thermometers(look: RunView) -> list[Finding]:
     """Return which thermometers do not sit where the stand file says.
 
     Parameters
@@ -49,7 +49,7 @@ def thermometers(look: Look) -> list[Finding]:
     return found + _does_not_follow(look, [s for s in on_it if s.name not in fallen], in_air)
 
 
-def _falls(look: Look, sensor: Temperature, in_air: Sequence[Temperature]) -> Finding | None:
+def _falls(look: RunView, sensor: Temperature, in_air: Sequence[Temperature]) -> Finding | None:
     """Return where a sensor falls as only one does that hangs in the air."""
     time_s, shown_C = _smoothed(sensor)
     if time_s.size < _FEWEST:
@@ -84,7 +84,7 @@ def _smoothed(sensor: Temperature) -> tuple[FloatArray, FloatArray]:
 
 
 def _does_not_follow(
-    look: Look, on_it: Sequence[Temperature], in_air: Sequence[Temperature]
+    look: RunView, on_it: Sequence[Temperature], in_air: Sequence[Temperature]
 ) -> list[Finding]:
     """Return the sensors that do not rise with the heat, and the room's that does."""
     rises = {sensor.name: _rise_K(sensor) for sensor in (*on_it, *in_air)}
@@ -132,7 +132,7 @@ def _rise_K(sensor: Temperature) -> float:  # noqa: N802 - the unit keeps its ca
     return float(np.max(shown_C)) - median(shown_C[:few])
 
 
-def _planned_K(look: Look) -> float:  # noqa: N802
+def _planned_K(look: RunView) -> float:  # noqa: N802
     """Return by how much the plan expected the sensors to rise for the energy taken up [K]; 0: unknown."""
     step = look.facts.step
     start, end, heat = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bufferstand.evaluation.document_types import Effect, FindingKind
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 
 CABLE = "look at its cable and plug"
 SETTING = "[[controller.channel]] of the stand file"
@@ -13,7 +13,7 @@ SENSOR = "[[temperature.sensor]] of the stand file"
 
 
 def doubt(
-    look: Look,
+    look: RunView,
     kind: FindingKind,
     channel: str,
     size: float | None,

@@ -15,7 +15,7 @@ _INNER_SHARE = 0.5
 
 
 @dataclass(frozen=True)
-class RunFacts:
+class CoverageFacts:
     """What the runs cover.
 
     Attributes
@@ -49,7 +49,7 @@ class RunFacts:
     force_kN: float
 
 
-def facts_of(problem: Problem, answers: Sequence[Answer]) -> RunFacts:
+def facts_of(problem: Problem, answers: Sequence[Answer]) -> CoverageFacts:
     """Return what the experiments of a problem cover, temperatures by the fitted model."""
     temperatures, warming, cooling, halves = [], 0.0, 0.0, []
     top = max(float(np.max(e.drive.stroke_mm)) for e in problem.experiments)
@@ -66,7 +66,7 @@ def facts_of(problem: Problem, answers: Sequence[Answer]) -> RunFacts:
         moving = (way > 1.0) & (took > 0.0)
         halves.append(np.stack([low, way, way / np.maximum(took, 1e-9)], axis=1)[moving])
     all_T, table = np.concatenate(temperatures), np.concatenate(halves)
-    return RunFacts(
+    return CoverageFacts(
         temperature_C=(float(all_T.min()), float(all_T.max())),
         has_sensor=any(e.drive.sensor_C.size > 0 for e in problem.experiments),
         warming_K=warming,
@@ -88,7 +88,7 @@ def _speed_ratio(halves: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> f
     return largest
 
 
-def reason(name: str, facts: RunFacts) -> str:
+def reason(name: str, facts: CoverageFacts) -> str:
     """Return why a parameter is not identified by runs that cover this much."""
     low, high = facts.temperature_C
     between = (

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.model.identification.coverage import RunFacts, facts_of, reason
+from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.fitting import Estimate, Solution, estimates, freeze, identified, solve
 from bufferstand.model.identification.laws import LAWS, NAMES
-from bufferstand.model.identification.parameters import Frame, model_of
+from bufferstand.model.identification.parameters import FixedParts, model_of
 from bufferstand.model.identification.problem import Experiment, Problem
 from bufferstand.model.identification.starting import knots_of, start_vector
 from bufferstand.model.identification.validation import CycleCheck, check_cycles, cycles_of, quality
@@ -31,7 +31,7 @@ _CHECKS = 3
 
 
 @dataclass(frozen=True)
-class Settings:
+class FitSettings:
     """What the user decides.
 
     Parameters
@@ -96,7 +96,7 @@ class Identification:
     solution: Solution
     estimates: tuple[Estimate, ...]
     unknown: tuple[Unknown, ...]
-    facts: RunFacts
+    facts: CoverageFacts
     cycles: tuple[CycleCheck, ...]
     held_out: tuple[CycleCheck, ...]
     notes: tuple[str, ...]
@@ -116,7 +116,7 @@ def experiment_of(drive: Drive, *, contact_ramp_mm: float = 0.2, sensor_sigma_C:
     return Experiment(drive, drive.rested, used, sensor_sigma_C)
 
 
-def identify(drives: Sequence[Drive], settings: Settings | None = None) -> Identification:
+def identify(drives: Sequence[Drive], settings: FitSettings | None = None) -> Identification:
     """Identify a spring model from drives.
 
     Parameters
@@ -135,7 +135,7 @@ def identify(drives: Sequence[Drive], settings: Settings | None = None) -> Ident
     BadInput
         If the runs cannot be used at all; the message says why.
     """
-    how = settings or Settings()
+    how = settings or FitSettings()
     for name in how.without:
         if name not in NAMES:
             raise BadInput(f"there is no parameter “{name}”", remedy=f"use one of {', '.join(NAMES)}")
@@ -150,7 +150,7 @@ def identify(drives: Sequence[Drive], settings: Settings | None = None) -> Ident
     return _result(solution, held_out, how)
 
 
-def _frame(drives: Sequence[Drive], how: Settings) -> Frame:
+def _frame(drives: Sequence[Drive], how: FitSettings) -> FixedParts:
     readings = np.concatenate([drive.sensor_C for drive in drives])
     if readings.size == 0:
         readings = np.array([drive.ambient_C for drive in drives])
@@ -158,7 +158,7 @@ def _frame(drives: Sequence[Drive], how: Settings) -> Frame:
     reference = how.reference_C
     if reference is None:
         reference = 25.0 if low - 0.5 <= 25.0 <= high + 0.5 else round(0.5 * (low + high), 1)
-    return Frame(
+    return FixedParts(
         knots_mm=knots_of(drives, how.knots),
         reference_C=reference,
         contact_ramp_mm=how.contact_ramp_mm,
@@ -232,7 +232,7 @@ def _cross_validate(solution: Solution) -> tuple[CycleCheck, ...]:
     )
 
 
-def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: Settings) -> Identification:
+def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettings) -> Identification:
     problem, vector = solution.problem, solution.vector
     answers = problem.answers(vector)
     facts = facts_of(problem, answers)

@@ -22,7 +22,7 @@ STAGE_OF = {"transition_length_mm": "band", "tau_s": "lag"}
 
 
 @dataclass(frozen=True)
-class Frame:
+class FixedParts:
     """What is given, not identified.
 
     Parameters
@@ -66,7 +66,7 @@ class Frame:
         return LAWS[NAMES.index(name)].to_value(float(vector[self.place(name)]))
 
 
-def pack(frame: Frame, loading_kN: Floats, unloading_kN: Floats, values: dict[str, float]) -> Floats:
+def pack(frame: FixedParts, loading_kN: Floats, unloading_kN: Floats, values: dict[str, float]) -> Floats:
     """Return the vector of curves at the knots and of the laws' values, kept inside the bounds."""
     rises = np.maximum(np.diff(loading_kN, prepend=0.0), LEAST_RISE_kN)
     returns = np.maximum(np.diff(np.minimum(unloading_kN, np.cumsum(rises)), prepend=0.0), 0.0)
@@ -76,7 +76,7 @@ def pack(frame: Frame, loading_kN: Floats, unloading_kN: Floats, values: dict[st
     return np.asarray(np.clip(vector, low, high), dtype=np.float64)
 
 
-def bounds(frame: Frame) -> tuple[Floats, Floats]:
+def bounds(frame: FixedParts) -> tuple[Floats, Floats]:
     """Return the bounds of the vector: neither curve falls."""
     n = frame.points
     low = [LEAST_RISE_kN] * n + [0.0] * n + [law.to_vector(law.low) if law.low else 0.0 for law in LAWS]
@@ -84,7 +84,7 @@ def bounds(frame: Frame) -> tuple[Floats, Floats]:
     return np.array(low), np.array(high)
 
 
-def scales(frame: Frame, vector: Floats) -> Floats:
+def scales(frame: FixedParts, vector: Floats) -> Floats:
     """Return by how much each entry may differ before any run says so; the unit of steps and of the SVD."""
     n = frame.points
     even = float(np.sum(vector[:n])) / n
@@ -92,14 +92,14 @@ def scales(frame: Frame, vector: Floats) -> Floats:
     return np.concatenate([rises, [law.range for law in LAWS]])
 
 
-def curves_at_knots(frame: Frame, vector: Floats) -> tuple[Floats, Floats]:
+def curves_at_knots(frame: FixedParts, vector: Floats) -> tuple[Floats, Floats]:
     """Return F_l and F_u [kN] at the knots, shape (n,) each, F_u no higher than F_l."""
     n = frame.points
     loading = np.cumsum(vector[:n])
     return loading, np.minimum(np.cumsum(vector[n : 2 * n]), loading)
 
 
-def curves_of(frame: Frame, vector: Floats) -> Curves:
+def curves_of(frame: FixedParts, vector: Floats) -> Curves:
     """Return the curves of a vector.
 
     Raises
@@ -119,7 +119,7 @@ def curves_of(frame: Frame, vector: Floats) -> Curves:
 
 
 def model_of(
-    frame: Frame,
+    frame: FixedParts,
     vector: Floats,
     curves: Curves | None = None,
     valid_C: tuple[float, float] | None = None,

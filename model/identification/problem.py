@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bufferstand.model.curves import Curves
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.laws import LAWS
-from bufferstand.model.identification.parameters import STAGE_OF, Frame, curves_of, model_of, scales
+from bufferstand.model.identification.parameters import STAGE_OF, FixedParts, curves_of, model_of, scales
 from bufferstand.model.identification.response import Answer, BandStage, LagStage, answer
 from bufferstand.model.tables import BandTables
 
@@ -76,7 +76,7 @@ class Problem:
     experiments : sequence of Experiment
     """
 
-    def __init__(self, frame: Frame, experiments: Sequence[Experiment]) -> None:
+    def __init__(self, frame: FixedParts, experiments: Sequence[Experiment]) -> None:
         self.frame = frame
         self.experiments = tuple(experiments)
         self.size = frame.size + STATES * len(self.experiments)

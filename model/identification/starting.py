@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.identification.drive import Drive
-from bufferstand.model.identification.parameters import Frame, pack
+from bufferstand.model.identification.parameters import FixedParts, pack
 from bufferstand.model.measured_curves import branch_at
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,7 @@ def knots_of(drives: Sequence[Drive], count: int | None = None) -> tuple[float, 
     return tuple(np.linspace(0.0, end, count).tolist())
 
 
-def start_vector(frame: Frame, drives: Sequence[Drive]) -> Floats:
+def start_vector(frame: FixedParts, drives: Sequence[Drive]) -> Floats:
     """Return a vector to begin with: the measured branches away from their turns, and usual laws.
 
     Raises

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
-from bufferstand.protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, KNOWN, Breach
-from bufferstand.protocols.admissible.judge import Judge
+from bufferstand.protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, KNOWN, BrokenLimit
+from bufferstand.protocols.admissible.judge import StepJudge
 from bufferstand.protocols.admissible.unknown import SLOW_MM_PER_S, shows_the_curve
 
-__all__ = ["BELOW_ZERO", "HYDRAULICS", "KNOWN", "SLOW_MM_PER_S", "Breach", "Judge", "shows_the_curve"]
+__all__ = [
+    "BELOW_ZERO",
+    "HYDRAULICS",
+    "KNOWN",
+    "SLOW_MM_PER_S",
+    "BrokenLimit",
+    "StepJudge",
+    "shows_the_curve",
+]

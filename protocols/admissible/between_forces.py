@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from bufferstand.protocols.admissible.breach import RESOLUTION, Breach, down, greatest_share, over
-from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.breach import RESOLUTION, BrokenLimit, down, greatest_share, over
+from bufferstand.protocols.admissible.grounds import CheckBasis
 from bufferstand.protocols.admissible.slow import SlowJudge
-from bufferstand.protocols.force_turns import FINEST_MM, Loading
+from bufferstand.protocols.force_turns import FINEST_MM, SpecimenLoading
 from bufferstand.protocols.kinds import ForceCyclesStep
 from bufferstand.protocols.steps import ForceCycles
 
@@ -20,9 +20,9 @@ OVERRUN = "overrun"
 class BetweenForcesJudge:
     """Judges cycles between two forces by what it is given."""
 
-    grounds: Grounds
+    grounds: CheckBasis
 
-    def breach(self, step: ForceCyclesStep) -> Breach | None:
+    def breach(self, step: ForceCyclesStep) -> BrokenLimit | None:
         """Return the first limit that they break, or why a force cannot be met."""
         limits = self.grounds.limits
         asked = (
@@ -42,7 +42,7 @@ class BetweenForcesJudge:
         motion = step.motion(stroke_mm)
         return self._stroke_limit(step, motion) or self._overrun(step, motion) or self._too_fine(step, motion)
 
-    def _stroke_limit(self, step: ForceCyclesStep, motion: ForceCycles) -> Breach | None:
+    def _stroke_limit(self, step: ForceCyclesStep, motion: ForceCycles) -> BrokenLimit | None:
         """Return whether the stroke limit comes before even the lower force."""
         limit_mm, most_kN = motion.stroke_limit_mm, self._loading.to(motion).peak_force_kN
         if most_kN >= step.force_min_kN:
@@ -54,11 +54,13 @@ class BetweenForcesJudge:
         widest_mm = min(self.grounds.limits.stroke.value, self.grounds.predictor.known_to_mm)
         whole = self._loading.to(replace(motion, stroke_limit_mm=widest_mm))
         if whole.peak_force_kN < step.force_max_kN * (1.0 - 1e-3):
-            return Breach("stroke_limit_mm", problem, {}, f"ask for less than {whole.peak_force_kN:.4g} kN")
+            return BrokenLimit(
+                "stroke_limit_mm", problem, {}, f"ask for less than {whole.peak_force_kN:.4g} kN"
+            )
         nearest_mm = min(widest_mm, math.ceil(whole.end_stroke_mm / RESOLUTION) * RESOLUTION)
-        return Breach("stroke_limit_mm", problem, {"stroke_limit_mm": round(nearest_mm, 6)})
+        return BrokenLimit("stroke_limit_mm", problem, {"stroke_limit_mm": round(nearest_mm, 6)})
 
-    def _overrun(self, step: ForceCyclesStep, motion: ForceCycles) -> Breach | None:
+    def _overrun(self, step: ForceCyclesStep, motion: ForceCycles) -> BrokenLimit | None:
         """Return whether the force would go beyond its limit before a turn at this speed has been stopped."""
         limit = self.grounds.limits.force
 
@@ -81,9 +83,9 @@ class BetweenForcesJudge:
         ways = [f"speed_mm_per_s = {down(slower * speed):.10g}"] if slower > 0.0 else []
         if down(less * force_kN) > step.force_min_kN:
             ways.append(f"force_max_kN = {down(less * force_kN):.10g} at this speed")
-        return Breach(OVERRUN, problem, {}, "nearest admissible: " + ", or ".join(ways) if ways else "")
+        return BrokenLimit(OVERRUN, problem, {}, "nearest admissible: " + ", or ".join(ways) if ways else "")
 
-    def _too_fine(self, step: ForceCyclesStep, motion: ForceCycles) -> Breach | None:
+    def _too_fine(self, step: ForceCyclesStep, motion: ForceCycles) -> BrokenLimit | None:
         """Return whether the tolerance is finer than the piston can be set."""
         finest_kN = self._loading.finest_kN(motion)
         if motion.tolerance_kN >= finest_kN:
@@ -95,10 +97,12 @@ class BetweenForcesJudge:
         percent = math.ceil(100.0 * finest_kN / step.force_max_kN / RESOLUTION) * RESOLUTION
         fits = 0.02 * percent * step.force_max_kN <= step.force_max_kN - step.force_min_kN
         nearest = {"tolerance_percent": round(percent, 6)} if fits else {}
-        return Breach("tolerance_percent", problem, nearest, "" if fits else "put the forces further apart")
+        return BrokenLimit(
+            "tolerance_percent", problem, nearest, "" if fits else "put the forces further apart"
+        )
 
     @property
-    def _loading(self) -> Loading:
+    def _loading(self) -> SpecimenLoading:
         grounds = self.grounds
         give = grounds.limits.machine.give_mm_per_kN
-        return Loading(grounds.predictor, grounds.coldest_C, give, grounds.taken_mm_per_kN)
+        return SpecimenLoading(grounds.predictor, grounds.coldest_C, give, grounds.taken_mm_per_kN)

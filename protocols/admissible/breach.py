@@ -22,7 +22,7 @@ RESOLUTION = 0.01
 
 
 @dataclass(frozen=True)
-class Breach:
+class BrokenLimit:
     """A limit that a step breaks.
 
     Parameters
@@ -52,10 +52,10 @@ class Breach:
         return f"nearest admissible{', taken together' if len(self.nearest) > 1 else ''}: {values}"
 
 
-def within(part: str, found: Breach, keys: Mapping[str, str]) -> Breach:
+def within(part: str, found: BrokenLimit, keys: Mapping[str, str]) -> BrokenLimit:
     """Return a breach of one part of a step, named, with the keys as the step has them."""
     nearest = {f"{keys.get(key, key)} ({part})": value for key, value in found.nearest.items()}
-    return Breach(found.limit, f"{part}: {found.problem}", nearest)
+    return BrokenLimit(found.limit, f"{part}: {found.problem}", nearest)
 
 
 def said(what: str, value: float, bound: Bound) -> tuple[str, str]:
@@ -71,11 +71,11 @@ def too_fast(what: str, force_kN: float, allowed_mm_per_s: float) -> str:
     )
 
 
-def over(key: str, value: float, bound: Bound) -> Breach | None:
+def over(key: str, value: float, bound: Bound) -> BrokenLimit | None:
     """Return the breach of a key that is above a bound, with the bound as its nearest value."""
     if bound.allows(value):
         return None
-    return Breach(*said(key, value, bound), {key: bound.value})
+    return BrokenLimit(*said(key, value, bound), {key: bound.value})
 
 
 def down(value: float, resolution: float = RESOLUTION) -> float:

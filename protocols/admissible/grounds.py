@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bufferstand.protocols.admissible.breach import KNOWN, Breach
+from bufferstand.protocols.admissible.breach import KNOWN, BrokenLimit
 from bufferstand.protocols.limits import TOLERANCE, Envelope
 from bufferstand.protocols.prediction import Predictor
 
 
 @dataclass(frozen=True)
-class Grounds:
+class CheckBasis:
     """Holds what a step is judged by.
 
     Parameters
@@ -39,13 +39,13 @@ class Grounds:
         """What the machine takes of a stroke that is asked for [mm/kN]."""
         return 0.0 if self.compensate else self.limits.machine.give_mm_per_kN
 
-    def unknown(self, stroke_mm: float) -> Breach | None:
+    def unknown(self, stroke_mm: float) -> BrokenLimit | None:
         """Return the breach of going where no force is known."""
         known_mm = self.predictor.known_to_mm
         if known_mm == 0.0 or stroke_mm <= known_mm * (1.0 + TOLERANCE):
             return None
         problem = f"the stroke of {stroke_mm:g} mm is beyond {known_mm:.4g} mm, to which its force is known"
-        return Breach(KNOWN, problem, {})
+        return BrokenLimit(KNOWN, problem, {})
 
     def place(self, stroke_mm: float) -> str:
         """Return where a force is expected, as a refusal says it."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bufferstand.protocols.admissible.between_forces import BetweenForcesJudge
-from bufferstand.protocols.admissible.breach import Breach, over, within
-from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.breach import BrokenLimit, over, within
+from bufferstand.protocols.admissible.grounds import CheckBasis
 from bufferstand.protocols.admissible.sine import SineJudge
 from bufferstand.protocols.admissible.slow import SlowJudge
 from bufferstand.protocols.admissible.unknown import too_soon
@@ -29,7 +29,7 @@ from bufferstand.protocols.kinds import (
 
 
 @dataclass(frozen=True)
-class Judge(Grounds):
+class StepJudge(CheckBasis):
     """Judges steps of every kind by what it is given.
 
     Parameters
@@ -40,7 +40,7 @@ class Judge(Grounds):
 
     stroke_done: bool = False
 
-    def breach(self, step: SingleStep) -> Breach | None:  # noqa: PLR0911 - one for each kind
+    def breach(self, step: SingleStep) -> BrokenLimit | None:  # noqa: PLR0911 - one for each kind
         """Return the first limit that a step breaks, with the nearest admissible values, or None."""
         if self.predictor.known_to_mm == 0.0 and not self.stroke_done and (found := too_soon(step)):
             return found
@@ -61,7 +61,7 @@ class Judge(Grounds):
                 return BetweenForcesJudge(self).breach(step)
         return None
 
-    def of(self, request: Request, *, stroke_done: bool) -> Judge:
+    def of(self, request: Request, *, stroke_done: bool) -> StepJudge:
         """Return the judge of one request, before which a slow stroke comes or not.
 
         A step that does not begin below a temperature is judged at that: it has no colder spring.
@@ -71,7 +71,7 @@ class Judge(Grounds):
             coldest_C = max(coldest_C, band.low_C)
         return replace(self, compensate=request.compensate, stroke_done=stroke_done, coldest_C=coldest_C)
 
-    def motion_breach(self, motion: MotionSettings) -> Breach | None:
+    def motion_breach(self, motion: MotionSettings) -> BrokenLimit | None:
         """Return the limit that a ramp's speed breaks."""
         for key in ("ramp_speed_mm_per_s", "release_speed_mm_per_s"):
             if found := over(key, getattr(motion, key), self.limits.speed):
@@ -86,21 +86,21 @@ class Judge(Grounds):
     def _slow(self) -> SlowJudge:
         return SlowJudge(self)
 
-    def _loops(self, step: InnerLoopsStep) -> Breach | None:
+    def _loops(self, step: InnerLoopsStep) -> BrokenLimit | None:
         for loop in step.loops():
             if found := self._sines.breach(loop):
                 which = f"loop {loop.prestress_mm:g} ± {loop.amplitude_mm:g} mm"
                 return within(which, found, {"prestress_mm": "mean_mm"})
         return None
 
-    def _composed(self, step: MotionStep) -> Breach | None:
+    def _composed(self, step: MotionStep) -> BrokenLimit | None:
         at_mm = 0.0
         for number, piece in enumerate(step.piece, start=1):
-            found: Breach | None = None
+            found: BrokenLimit | None = None
             if isinstance(piece, HarmonicPiece):
                 found = self._sines.breach(piece.about(at_mm))
                 if found and "prestress_mm" in found.nearest:
-                    found = Breach(found.limit, found.problem, {})  # that is the piece's before it
+                    found = BrokenLimit(found.limit, found.problem, {})  # that is the piece's before it
             elif isinstance(piece, RampPiece):
                 found = self._slow.ramp(piece)
                 at_mm = piece.to_mm if piece.to_mm is not None else self.limits.stroke.value

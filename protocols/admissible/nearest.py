@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from bufferstand.protocols.admissible.breach import HYDRAULICS, RESOLUTION, down, greatest_share
-from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.grounds import CheckBasis
 from bufferstand.protocols.kinds import HarmonicStep
 from bufferstand.protocols.limits import TOLERANCE
 
@@ -16,7 +16,7 @@ Problem = tuple[str, str]
 
 
 def nearest_sine(
-    step: HarmonicStep, grounds: Grounds, problem: Callable[[HarmonicStep], Problem | None]
+    step: HarmonicStep, grounds: CheckBasis, problem: Callable[[HarmonicStep], Problem | None]
 ) -> dict[str, float]:
     """Return the keys of a sine to change, with their nearest admissible values; empty if there are none.
 
@@ -36,7 +36,7 @@ def nearest_sine(
 class _Mending:
     """How a sine is changed until it keeps every limit."""
 
-    grounds: Grounds
+    grounds: CheckBasis
     problem: Callable[[HarmonicStep], Problem | None]
 
     def of(self, step: HarmonicStep) -> dict[str, float]:

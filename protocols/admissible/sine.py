@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bufferstand.protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, Breach, said, too_fast
-from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.breach import BELOW_ZERO, HYDRAULICS, BrokenLimit, said, too_fast
+from bufferstand.protocols.admissible.grounds import CheckBasis
 from bufferstand.protocols.admissible.nearest import nearest_sine
 from bufferstand.protocols.commanded import Sine
-from bufferstand.protocols.first_cycle import Course, first_cycle
+from bufferstand.protocols.first_cycle import ForcePath, first_cycle
 from bufferstand.protocols.kinds import HarmonicStep
 from bufferstand.protocols.limits import TOLERANCE
 
@@ -17,15 +17,15 @@ from bufferstand.protocols.limits import TOLERANCE
 class SineJudge:
     """Judges sines by what it is given."""
 
-    grounds: Grounds
+    grounds: CheckBasis
 
-    def breach(self, step: HarmonicStep) -> Breach | None:
+    def breach(self, step: HarmonicStep) -> BrokenLimit | None:
         """Return the first limit that a sine breaks, with the nearest admissible values, or None."""
         found = self.problem(step)
         if found is None:
             return None
         name, problem = found
-        return Breach(name, problem, nearest_sine(step, self.grounds, self.problem))
+        return BrokenLimit(name, problem, nearest_sine(step, self.grounds, self.problem))
 
     def problem(self, step: HarmonicStep) -> tuple[str, str] | None:
         """Return the name of the first limit that a sine breaks, and what is asked and allowed."""
@@ -65,7 +65,7 @@ class SineJudge:
             return said(what, furthest_mm, limits.travel)
         return self._hydraulics(course)
 
-    def _way(self, step: HarmonicStep) -> tuple[Course, float]:
+    def _way(self, step: HarmonicStep) -> tuple[ForcePath, float]:
         """Return the way into a sine at the coldest, and the greatest force of it and of the settled loop."""
         frequency, _ = step.rate()
         course = first_cycle(
@@ -86,7 +86,7 @@ class SineJudge:
         )
         return course, max(course.peak_force_kN, settled.peak_force_kN)
 
-    def _hydraulics(self, course: Course) -> tuple[str, str] | None:
+    def _hydraulics(self, course: ForcePath) -> tuple[str, str] | None:
         """Return what the hydraulics do not deliver anywhere on the way into a sine."""
         curve = self.grounds.limits.machine.force_speed
         if curve is None:

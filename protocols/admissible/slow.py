@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 from bufferstand.protocols.admissible.breach import (
     HYDRAULICS,
-    Breach,
+    BrokenLimit,
     down,
     greatest_share,
     over,
     said,
     too_fast,
 )
-from bufferstand.protocols.admissible.grounds import Grounds
+from bufferstand.protocols.admissible.grounds import CheckBasis
 from bufferstand.protocols.commanded import piston_mm
 from bufferstand.protocols.kinds import HoldStep, RampPiece, StaticStep
 from bufferstand.protocols.limits import TOLERANCE
@@ -24,9 +24,9 @@ from bufferstand.protocols.prediction import StaticEstimate, force_at
 class SlowJudge:
     """Judges motions at constant speed by what it is given."""
 
-    grounds: Grounds
+    grounds: CheckBasis
 
-    def static(self, step: StaticStep) -> Breach | None:
+    def static(self, step: StaticStep) -> BrokenLimit | None:
         """Return the limit that strokes to a limit break."""
         asked = (
             ("speed_mm_per_s", step.speed_mm_per_s, self.grounds.limits.speed),
@@ -47,7 +47,7 @@ class SlowJudge:
         force_key: str,
         force_limit_kN: float,
         stroke_limit_mm: float,
-    ) -> Breach | None:
+    ) -> BrokenLimit | None:
         """Return what a compression at constant speed to a limit breaks in this machine.
 
         Parameters
@@ -73,7 +73,7 @@ class SlowJudge:
 
     def _travel(
         self, key: str, force_limit_kN: float, stroke_limit_mm: float, speed_mm_per_s: float
-    ) -> Breach | None:
+    ) -> BrokenLimit | None:
         """Return whether the piston would have to go beyond its travel, because the machine gives way."""
         travel, give = self.grounds.limits.travel, self.grounds.limits.machine.give_mm_per_kN
 
@@ -87,11 +87,11 @@ class SlowJudge:
         share = greatest_share(lambda share: travel.allows(position_mm(share)), force_limit_kN)
         what = f"the piston's position at {end.end_stroke_mm:.4g} mm of stroke and {end.peak_force_kN:.4g} kN"
         nearest = {key: down(share * force_limit_kN)} if share > 0.0 else {}
-        return Breach(*said(what, position_mm(1.0), travel), nearest)
+        return BrokenLimit(*said(what, position_mm(1.0), travel), nearest)
 
     def _hydraulics(
         self, key: str, speed_mm_per_s: float, force_limit_kN: float, stroke_limit_mm: float
-    ) -> Breach | None:
+    ) -> BrokenLimit | None:
         """Judge a compression at constant speed to a limit by what the hydraulics deliver there."""
         curve = self.grounds.limits.machine.force_speed
         if curve is None:
@@ -101,9 +101,9 @@ class SlowJudge:
         if speed_mm_per_s <= allowed * (1.0 + TOLERANCE):
             return None
         problem = too_fast(f"{key} = {speed_mm_per_s:g} mm/s", end.peak_force_kN, allowed)
-        return Breach(HYDRAULICS, problem, {key: down(allowed)} if allowed > 0.0 else {})
+        return BrokenLimit(HYDRAULICS, problem, {key: down(allowed)} if allowed > 0.0 else {})
 
-    def ramp(self, piece: RampPiece) -> Breach | None:
+    def ramp(self, piece: RampPiece) -> BrokenLimit | None:
         """Return the limit that a ramp to a stroke or a force breaks."""
         if found := over("speed_mm_per_s", piece.speed_mm_per_s, self.grounds.limits.speed):
             return found
@@ -117,7 +117,7 @@ class SlowJudge:
             return found
         return self._hydraulics("speed_mm_per_s", speed, self.grounds.limits.force.value, piece.to_mm)
 
-    def hold(self, step: HoldStep) -> Breach | None:
+    def hold(self, step: HoldStep) -> BrokenLimit | None:
         """Return the limit that the way to where it stands breaks."""
         if step.force_kN is not None:
             speed, limits = step.approach_speed_mm_per_s, self.grounds.limits
@@ -126,14 +126,14 @@ class SlowJudge:
             return found or self._travel("force_kN", step.force_kN, limits.stroke.value, speed)
         return self._stroke("stroke_mm", step.stroke_mm or 0.0, self.grounds.ramp_speed_mm_per_s)
 
-    def _stroke(self, key: str, asked_mm: float, speed_mm_per_s: float) -> Breach | None:
+    def _stroke(self, key: str, asked_mm: float, speed_mm_per_s: float) -> BrokenLimit | None:
         """Judge a compression to a stroke by stroke and force."""
         if asked_mm <= 0.0 or self.grounds.predictor.known_to_mm == 0.0:
             # Where nothing is known the first slow stroke shows the force, before this moves.
             return over(key, asked_mm, self.grounds.limits.stroke)
         if found := self.grounds.unknown(asked_mm):
             nearest_mm = {key: self.grounds.predictor.known_to_mm}
-            return Breach(found.limit, found.problem, nearest_mm)
+            return BrokenLimit(found.limit, found.problem, nearest_mm)
         stroke = min(asked_mm, self.grounds.limits.stroke.value)
 
         def force_at_mm(stroke_mm: float) -> float:
@@ -163,10 +163,10 @@ class SlowJudge:
         share = greatest_share(keeps, stroke)
         nearest = {key: down(stroke * share)} if share > 0.0 else {}
         if not self.grounds.limits.stroke.allows(asked_mm):
-            return Breach(*said(key, asked_mm, self.grounds.limits.stroke), nearest)
+            return BrokenLimit(*said(key, asked_mm, self.grounds.limits.stroke), nearest)
         force_kN = force_at_mm(asked_mm)
         if not self.grounds.limits.force.allows(force_kN):
             what = f"the expected force at {self.grounds.place(asked_mm)}"
-            return Breach(*said(what, force_kN, self.grounds.limits.force), nearest)
+            return BrokenLimit(*said(what, force_kN, self.grounds.limits.force), nearest)
         what = f"the piston's position at {asked_mm:g} mm of stroke and {force_kN:.4g} kN"
-        return Breach(*said(what, position_at_mm(asked_mm), self.grounds.limits.travel), nearest)
+        return BrokenLimit(*said(what, position_at_mm(asked_mm), self.grounds.limits.travel), nearest)

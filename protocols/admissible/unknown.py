@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bufferstand.protocols.admissible.breach import KNOWN, Breach
+from bufferstand.protocols.admissible.breach import KNOWN, BrokenLimit
 from bufferstand.protocols.kinds import (
     ConditioningStep,
     CoolDownStep,
@@ -24,7 +24,7 @@ def shows_the_curve(step: SingleStep) -> bool:
     return isinstance(step, StaticStep) and step.speed_mm_per_s <= SLOW_MM_PER_S
 
 
-def too_soon(step: SingleStep) -> Breach | None:
+def too_soon(step: SingleStep) -> BrokenLimit | None:
     """Return the breach of a step that needs to know forces before any was measured."""
     waits = isinstance(step, CoolDownStep | TouchStep) or (
         isinstance(step, HoldStep) and step.stroke_mm is None and step.force_kN is None
@@ -34,8 +34,8 @@ def too_soon(step: SingleStep) -> Breach | None:
     problem = "nothing is known of the specimen's forces"
     if isinstance(step, StaticStep):
         said = f"{problem}: speed_mm_per_s = {step.speed_mm_per_s:g} mm/s is too fast for its first stroke"
-        return Breach(KNOWN, said, {"speed_mm_per_s": SLOW_MM_PER_S})
-    return Breach(
+        return BrokenLimit(KNOWN, said, {"speed_mm_per_s": SLOW_MM_PER_S})
+    return BrokenLimit(
         KNOWN,
         problem,
         {},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bufferstand.protocols.kinds.choosing import checked_kind
-from bufferstand.protocols.kinds.common import Positive, Rated, StepSettings, UntilSteady, as_tuple
+from bufferstand.protocols.kinds.common import HarmonicRateStep, Positive, StepSettings, UntilSteady, as_tuple
 from bufferstand.protocols.kinds.composed import (
     HarmonicPiece,
     HoldPiece,
@@ -23,7 +23,7 @@ from bufferstand.protocols.kinds.force_cycles import ForceCyclesStep
 from bufferstand.protocols.kinds.repeated import NESTED_KINDS, RepeatStep
 from bufferstand.protocols.kinds.single import SingleStep
 from bufferstand.protocols.kinds.still import CoolDownStep, HoldStep, TouchStep
-from bufferstand.protocols.kinds.temperatures import TemperatureSettings
+from bufferstand.protocols.kinds.temperatures import StepTemperatureSettings
 from bufferstand.protocols.kinds.warming import WarmUpStep
 
 Step = SingleStep | SweepStep | RepeatStep
@@ -37,6 +37,7 @@ __all__ = [
     "CoolDownStep",
     "ForceCyclesStep",
     "HarmonicPiece",
+    "HarmonicRateStep",
     "HarmonicStep",
     "HoldPiece",
     "HoldStep",
@@ -45,15 +46,14 @@ __all__ = [
     "Piece",
     "Positive",
     "RampPiece",
-    "Rated",
     "ReleasePiece",
     "RepeatStep",
     "SingleStep",
     "StaticStep",
     "Step",
     "StepSettings",
+    "StepTemperatureSettings",
     "SweepStep",
-    "TemperatureSettings",
     "TouchStep",
     "UntilSteady",
     "WarmUpStep",

@@ -10,7 +10,7 @@ from bufferstand.foundation.settings import Numbers, Settings
 from bufferstand.foundation.wanted import Within
 from bufferstand.foundation.wrong_key import WrongKeyError
 from bufferstand.protocols.kinds.strokes import StrokeSettings
-from bufferstand.protocols.kinds.temperatures import TemperatureSettings
+from bufferstand.protocols.kinds.temperatures import StepTemperatureSettings
 from bufferstand.protocols.physical import Cycles, Percent
 from bufferstand.protocols.steps import Steadiness
 
@@ -37,7 +37,7 @@ _NOT_ASKED = (
 """Keys of a step that do not make it another test."""
 
 
-class StepSettings(Named, TemperatureSettings, StrokeSettings):
+class StepSettings(Named, StepTemperatureSettings, StrokeSettings):
     """What every step has that moves or waits."""
 
     def asked(self) -> dict[str, Any]:
@@ -92,7 +92,7 @@ class UntilSteady(Settings):
         return Steadiness(**self.model_dump())
 
 
-class Rated(StepSettings):
+class HarmonicRateStep(StepSettings):
     """How fast a harmonic motion is: one of frequency and peak speed, v = 2π f A."""
 
     @staticmethod

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from bufferstand.foundation.settings import Settings
 from bufferstand.foundation.wrong_key import WrongKeyError
-from bufferstand.protocols.kinds.common import Rated, StepSettings, as_tuple
+from bufferstand.protocols.kinds.common import HarmonicRateStep, StepSettings, as_tuple
 from bufferstand.protocols.kinds.cyclic import HarmonicStep
 from bufferstand.protocols.physical import Cycles, Duration, Force, Frequency, Speed, Stroke, StrokeFromZero
 
@@ -46,7 +46,7 @@ class HarmonicPiece(Settings):
 
     @model_validator(mode="after")
     def _one_rate(self) -> Self:
-        Rated.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
+        HarmonicRateStep.exactly_one(self.frequency_Hz, self.peak_speed_mm_per_s)
         return self
 
     def about(self, mean_mm: float) -> HarmonicStep:

@@ -11,7 +11,13 @@ from pydantic import BeforeValidator, Field, model_validator
 from bufferstand.foundation.purpose import Purpose
 from bufferstand.foundation.wanted import Within
 from bufferstand.foundation.wrong_key import WrongKeyError
-from bufferstand.protocols.kinds.common import Rated, StepSettings, SweepNumbers, UntilSteady, as_tuple
+from bufferstand.protocols.kinds.common import (
+    HarmonicRateStep,
+    StepSettings,
+    SweepNumbers,
+    UntilSteady,
+    as_tuple,
+)
 from bufferstand.protocols.physical import (
     Cycles,
     Force,
@@ -65,7 +71,7 @@ def _cycles_or_steady(step: HarmonicStep | SweepStep) -> None:
         )
 
 
-class HarmonicStep(Rated):
+class HarmonicStep(HarmonicRateStep):
     """A sine about ``prestress_mm`` with ``amplitude_mm`` (half the range)."""
 
     kind: Literal["harmonic"]
@@ -99,7 +105,7 @@ class HarmonicStep(Rated):
         return speed / per_Hz, speed
 
 
-class SweepStep(Rated):
+class SweepStep(HarmonicRateStep):
     """Every combination of prestress, amplitude and frequency (or peak speed), as harmonic steps."""
 
     kind: Literal["sweep"]
@@ -155,7 +161,7 @@ class SweepStep(Rated):
         return self.cycles if isinstance(self.cycles, tuple) else (self.cycles,) * len(self.rates())
 
 
-class SineOrSlow(Rated):
+class SineOrSlow(HarmonicRateStep):
     """Cycles that are harmonic about a prestress, or at constant speed to a limit."""
 
     prestress_mm: StrokeFromZero | None = None
@@ -224,7 +230,7 @@ class ConditioningStep(SineOrSlow):
         return self.cycles
 
 
-class InnerLoopsStep(Rated):
+class InnerLoopsStep(HarmonicRateStep):
     """Small loops of several amplitudes about several mean strokes, all in one compression.
 
     The ramps between them run up the loading branch: what the transition between the branches is

@@ -21,7 +21,7 @@ def _as_pair(value: object) -> object:
     return value
 
 
-class TemperatureSettings(Settings):
+class StepTemperatureSettings(Settings):
     """Keys of a step that say how warm it begins and how warm it may get."""
 
     start_temperature_C: (
@@ -63,5 +63,5 @@ class TemperatureSettings(Settings):
 
     def temperatures(self) -> dict[str, Any]:
         """Return the keys that were given, for the steps that a sweep or a repetition is made of."""
-        given = self.model_fields_set & TemperatureSettings.model_fields.keys()
+        given = self.model_fields_set & StepTemperatureSettings.model_fields.keys()
         return {key: getattr(self, key) for key in sorted(given)}

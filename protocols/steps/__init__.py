@@ -24,13 +24,14 @@ from bufferstand.protocols.steps.planned import (
     PlannedStep,
 )
 from bufferstand.protocols.steps.turning import (
+    ExpectedTurns,
     MotionEstimate,
     TurnChanges,
-    Turns,
 )
 
 __all__ = [
     "ExpectedStop",
+    "ExpectedTurns",
     "ForceCycles",
     "Harmonic",
     "Heating",
@@ -46,7 +47,6 @@ __all__ = [
     "Steadiness",
     "TouchOff",
     "TurnChanges",
-    "Turns",
     "WaitUntilCool",
     "Warmth",
     "motion_dict",

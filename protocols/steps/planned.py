@@ -11,7 +11,7 @@ from bufferstand.foundation.motions import Harmonic, StaticCycles
 from bufferstand.foundation.purpose import Purpose
 from bufferstand.protocols.steps.conditions import Heating, StartBand, Steadiness, Warmth
 from bufferstand.protocols.steps.motions import ForceCycles, Motion, WaitUntilCool, motion_dict
-from bufferstand.protocols.steps.turning import MotionEstimate, Turns
+from bufferstand.protocols.steps.turning import ExpectedTurns, MotionEstimate
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class PlannedStep:
         return self.warmth is not None and self.expected_cycles is None
 
     @property
-    def turns(self) -> Turns | None:
+    def turns(self) -> ExpectedTurns | None:
         """Where its cycles are expected to turn; None where it has none."""
         for motion, estimate in zip(self.motions, self.estimates, strict=True):
             if isinstance(motion, Harmonic | StaticCycles | ForceCycles):

@@ -14,7 +14,7 @@ LEAST_KN = 1.0
 
 
 @dataclass(frozen=True)
-class Turns:
+class ExpectedTurns:
     """Where a motion is expected to turn, or to end.
 
     Parameters
@@ -56,8 +56,8 @@ class TurnChanges:
 
     begin_C: float
     warmer_C: float
-    warmer: Turns
-    first: tuple[Turns, ...] = ()
+    warmer: ExpectedTurns
+    first: tuple[ExpectedTurns, ...] = ()
     top_kN_per_mm: float | None = None
 
 
@@ -73,11 +73,11 @@ class MotionEstimate:
     duration_s: float
     heat_J: float
     end_temperature_C: float
-    turns: Turns | None = None
+    turns: ExpectedTurns | None = None
     cycle_C: tuple[float, ...] = ()
     changes: TurnChanges | None = None
 
-    def turns_at(self, share: float, warmer_K: float = 0.0) -> Turns | None:
+    def turns_at(self, share: float, warmer_K: float = 0.0) -> ExpectedTurns | None:
         """Return the turns of the settled loop while the motion goes on.
 
         Parameters
@@ -93,9 +93,9 @@ class MotionEstimate:
         now_C = _at_share(self.cycle_C or (changes.begin_C,), share) + warmer_K
         part = (now_C - changes.begin_C) / (changes.warmer_C - changes.begin_C)
         pairs = zip(astuple(self.turns), astuple(changes.warmer), strict=True)
-        return Turns(*(max(0.0, cold + part * (warm - cold)) for cold, warm in pairs))
+        return ExpectedTurns(*(max(0.0, cold + part * (warm - cold)) for cold, warm in pairs))
 
-    def turns_of_cycle(self, cycle: int, cycles: int, warmer_K: float = 0.0) -> Turns | None:
+    def turns_of_cycle(self, cycle: int, cycles: int, warmer_K: float = 0.0) -> ExpectedTurns | None:
         """Return the turns of one cycle of a sine, which has not settled yet in the first ones.
 
         Parameters
@@ -109,7 +109,7 @@ class MotionEstimate:
         if turns is None or self.turns is None or self.changes is None or not self.changes.first:
             return turns
         first = self.changes.first[min(max(cycle, 1), len(self.changes.first)) - 1]
-        return Turns(
+        return ExpectedTurns(
             turns.lower_mm + first.lower_mm - self.turns.lower_mm,
             turns.upper_mm + first.upper_mm - self.turns.upper_mm,
             turns.lower_kN * _ratio(first.lower_kN, self.turns.lower_kN),
@@ -118,7 +118,7 @@ class MotionEstimate:
             turns.piston_upper_mm,
         )
 
-    def usual_turns(self, cycles: int, warmer_K: float = 0.0) -> Turns | None:
+    def usual_turns(self, cycles: int, warmer_K: float = 0.0) -> ExpectedTurns | None:
         """Return the turns by which a sine is commanded: those of its middle cycle, or of an early one.
 
         A sine of a few cycles never settles, and one of many is corrected, where it can be, as it warms.

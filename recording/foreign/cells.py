@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.heading import NUMBER
-from bufferstand.recording.foreign.moments import Moments
-from bufferstand.recording.foreign.record import Clock, Findings, Floats, Header, Reading
+from bufferstand.recording.foreign.moments import DateColumns
+from bufferstand.recording.foreign.record import Findings, Floats, Header, ReadingOptions, TimeColumn
 
 NOT_A_NUMBER = "cell(s) that are no number, taken as no value"
 _INFINITE = ("inf", "infinity")
@@ -56,7 +56,9 @@ class CellReader:
         The column that holds dates and times.
     """
 
-    def __init__(self, positions: Sequence[int], reading: Reading, sign: str, clock: Clock | None) -> None:
+    def __init__(
+        self, positions: Sequence[int], reading: ReadingOptions, sign: str, clock: TimeColumn | None
+    ) -> None:
         self._positions, self._sign, self._clock = positions, sign, clock
         self._no_value, self._no_numbers = reading.no_value, reading.no_value_numbers
         self._salvage = reading.salvage
@@ -66,7 +68,7 @@ class CellReader:
         rows: Sequence[Sequence[str]],
         line: NDArray[np.int64],
         findings: Findings,
-        moments: Moments | None,
+        moments: DateColumns | None,
     ) -> dict[int, Floats]:
         """Return the columns, shape (n,) each.
 

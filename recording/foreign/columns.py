@@ -34,7 +34,7 @@ _UNIT_SPELLINGS = {
 
 
 @dataclass(frozen=True)
-class Wish:
+class ChannelRequest:
     """What the user says of one channel, and where each was said (for messages).
 
     ``header`` or ``number`` (from 1) tell the column; ``value = offset + scale · number`` in ``unit``.
@@ -56,7 +56,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Column:
+class MappedColumn:
     """A column that is used: ``value = (offset + factor · number) · sign`` in the inside unit."""
 
     name: str
@@ -124,7 +124,7 @@ def split_header(header: str) -> tuple[str, str | None]:
     return match["name"].strip(), spelled(unit) or None
 
 
-def map_columns(record: ForeignRecord, wishes: Mapping[str, Wish]) -> list[Column]:
+def map_columns(record: ForeignRecord, wishes: Mapping[str, ChannelRequest]) -> list[MappedColumn]:
     """Return the columns that are used, the time first.
 
     Parameters
@@ -159,10 +159,10 @@ def map_columns(record: ForeignRecord, wishes: Mapping[str, Wish]) -> list[Colum
             place=record.header_place,
             remedy=f"say which it is with --column {short}=HEADER; the headers are {quoted(record.headers)}",
         )
-    if wishes.get("time", Wish()).inverted:
+    if wishes.get("time", ChannelRequest()).inverted:
         raise BadInput("--invert time: time runs forward only", file=record.path)
     ordered = sorted(positions.items(), key=_order)
-    return [_column(name, position, wishes.get(name, Wish()), record) for name, position in ordered]
+    return [_column(name, position, wishes.get(name, ChannelRequest()), record) for name, position in ordered]
 
 
 def _order(item: tuple[str, int]) -> tuple[int, int]:
@@ -172,7 +172,7 @@ def _order(item: tuple[str, int]) -> tuple[int, int]:
     return len(PLAIN_NAMES), int(name.removeprefix("temperature_"))
 
 
-def _positions(record: ForeignRecord, wishes: Mapping[str, Wish]) -> dict[str, int]:
+def _positions(record: ForeignRecord, wishes: Mapping[str, ChannelRequest]) -> dict[str, int]:
     positions: dict[str, int] = {}
     for name, wish in wishes.items():
         if wish.header is not None or wish.number is not None:
@@ -204,7 +204,7 @@ def _positions(record: ForeignRecord, wishes: Mapping[str, Wish]) -> dict[str, i
     return positions
 
 
-def _find(wish: Wish, record: ForeignRecord) -> int | None:
+def _find(wish: ChannelRequest, record: ForeignRecord) -> int | None:
     """Return the position of a column that the user names; None if it is not there and need not be."""
     headers = record.headers
     if wish.number is not None:
@@ -255,7 +255,7 @@ def _matching(wanted: str, headers: Sequence[Header]) -> list[int]:
     ]
 
 
-def _column(name: str, position: int, wish: Wish, record: ForeignRecord) -> Column:
+def _column(name: str, position: int, wish: ChannelRequest, record: ForeignRecord) -> MappedColumn:
     header = record.headers[position]
     quantity = name.split("_", maxsplit=1)[0]
     if wish.unit is not None:
@@ -288,7 +288,7 @@ def _column(name: str, position: int, wish: Wish, record: ForeignRecord) -> Colu
             place=record.where(position),
             remedy="leave out scale and offset",
         )
-    return Column(
+    return MappedColumn(
         name=name,
         quantity=quantity,
         header=header,

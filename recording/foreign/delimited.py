@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.cells import NOT_A_NUMBER, BadCell, CellReader
-from bufferstand.recording.foreign.dialect import SEPARATORS, Dialect, detect
-from bufferstand.recording.foreign.moments import Moments
+from bufferstand.recording.foreign.dialect import SEPARATORS, TextDialect, detect
+from bufferstand.recording.foreign.moments import DateColumns
 from bufferstand.recording.foreign.plainrows import PlainReader
-from bufferstand.recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
-from bufferstand.recording.foreign.sifting import Form, Sieve, WrongLine, wrong_line
+from bufferstand.recording.foreign.record import Findings, Floats, Header, Numbers, ReadingOptions, TimeColumn
+from bufferstand.recording.foreign.sifting import RowFilter, RowForm, WrongLine, wrong_line
 from bufferstand.recording.foreign.textblocks import TextBlock, text_blocks
-from bufferstand.recording.foreign.thousands import SignWitness, perhaps_thousands
+from bufferstand.recording.foreign.thousands import DecimalSignEvidence, perhaps_thousands
 
 SIGNS = (".", ",")
 
@@ -47,13 +47,13 @@ class DelimitedRecord:
 
     row_word = "line"
 
-    def __init__(self, path: Path, reading: Reading | None = None) -> None:
+    def __init__(self, path: Path, reading: ReadingOptions | None = None) -> None:
         self.path = path
-        self._reading = reading or Reading()
-        self.dialect: Dialect = detect(path, self._reading)
+        self._reading = reading or ReadingOptions()
+        self.dialect: TextDialect = detect(path, self._reading)
         self.headers: tuple[Header, ...] = self.dialect.headers
         self.header_place = f"line {self.dialect.header_line or self.dialect.first_line}"
-        self._form = Form(
+        self._form = RowForm(
             self.dialect.header_texts,
             self.dialect.separator,
             self._reading.no_value,
@@ -83,7 +83,7 @@ class DelimitedRecord:
         """Return what is odd about the file as a whole."""
         return [*self._further, *self._findings.texts()]
 
-    def read(self, positions: Sequence[int], clock: Clock | None = None) -> list[Numbers]:
+    def read(self, positions: Sequence[int], clock: TimeColumn | None = None) -> list[Numbers]:
         """Return the numbers of some columns, those with decimal comma where that is what they are.
 
         Raises
@@ -102,7 +102,7 @@ class DelimitedRecord:
         furthest = max(failures, key=lambda failure: (failure.line, failure.position))
         raise furthest.message(self.path, self.headers)
 
-    def _salvaged(self, positions: Sequence[int], clock: Clock | None) -> Numbers:
+    def _salvaged(self, positions: Sequence[int], clock: TimeColumn | None) -> Numbers:
         """Return the numbers by the decimal sign by which most cells are numbers."""
         bad: dict[str, int] = {}
         for sign in SIGNS:
@@ -113,15 +113,15 @@ class DelimitedRecord:
         best = min(SIGNS, key=lambda sign: bad[sign])
         return numbers if best == self._decimal else self._pass(positions, clock, best)
 
-    def _pass(self, positions: Sequence[int], clock: Clock | None, sign: str) -> Numbers:
+    def _pass(self, positions: Sequence[int], clock: TimeColumn | None, sign: str) -> Numbers:
         self._decimal, self._findings, self._further = sign, Findings(self.row_word), []
-        moments = Moments(clock) if clock else None
+        moments = DateColumns(clock) if clock else None
         numeric = [position for position in positions if clock is None or position != clock.position]
         asked = numeric if self._reading.decimal is None else []
-        witnesses = {position: SignWitness(sign) for position in asked}
+        witnesses = {position: DecimalSignEvidence(sign) for position in asked}
         cells = CellReader(positions, self._reading, sign, clock)
         plain = PlainReader(self._form, self._reading, sign, positions, clock)
-        sieve = Sieve(self._form, self._findings, positions)
+        sieve = RowFilter(self._form, self._findings, positions)
         pieces: list[_Piece] = []
         try:
             for block in text_blocks(self.path, self.dialect):
@@ -152,7 +152,7 @@ class DelimitedRecord:
         self._refuse_thousands(witnesses)
         return self._joined(pieces, positions, moments)
 
-    def _joined(self, pieces: list[_Piece], positions: Sequence[int], moments: Moments | None) -> Numbers:
+    def _joined(self, pieces: list[_Piece], positions: Sequence[int], moments: DateColumns | None) -> Numbers:
         rows = [len(piece.line) for piece in pieces]
         if not sum(rows):
             raise BadInput("no numbers below the header row", file=self.path, place=self.header_place)
@@ -183,7 +183,7 @@ class DelimitedRecord:
                 "the last line is not ended: the file may be cut short, and its last number with it"
             )
 
-    def _refuse_thousands(self, witnesses: Mapping[int, SignWitness]) -> None:
+    def _refuse_thousands(self, witnesses: Mapping[int, DecimalSignEvidence]) -> None:
         for position, witness in witnesses.items():
             if witness.suspect is not None:
                 line, text = witness.suspect

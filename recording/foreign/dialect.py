@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.heading import LOOKED_AT, Heading, find_heading, is_value, names_headers
-from bufferstand.recording.foreign.record import Header, Reading
+from bufferstand.recording.foreign.record import Header, ReadingOptions
 from bufferstand.recording.foreign.splitting import text_rows
 
 SEPARATORS = {"\t": "tab", ";": ";", ",": ","}
@@ -30,7 +30,7 @@ _MOST_PREAMBLE = 50
 
 
 @dataclass(frozen=True)
-class Dialect:
+class TextDialect:
     """What was found out about a file.
 
     Parameters
@@ -71,7 +71,7 @@ class Dialect:
         return tuple(header.text for header in self.headers)
 
 
-def detect(path: Path, reading: Reading | None = None) -> Dialect:
+def detect(path: Path, reading: ReadingOptions | None = None) -> TextDialect:
     """Find out how a file is written.
 
     Raises
@@ -79,7 +79,7 @@ def detect(path: Path, reading: Reading | None = None) -> Dialect:
     BadInput
         If it cannot be read, is no text, or has no header row of at least two columns.
     """
-    reading = reading or Reading()
+    reading = reading or ReadingOptions()
     try:
         with path.open("rb") as stream:
             raw = stream.read(_LONGEST_HEAD)
@@ -114,7 +114,7 @@ def _zeros_at_end(path: Path, size: int) -> int:
     return count
 
 
-def _codec(raw: bytes, path: Path, reading: Reading) -> str:
+def _codec(raw: bytes, path: Path, reading: ReadingOptions) -> str:
     marked = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
     text = raw.rstrip(b"\0")
     if reading.encoding is not None:
@@ -177,10 +177,12 @@ def wrong_encoding(path: Path, codec: str, line: int) -> BadInput:
     )
 
 
-def _by_separator(lines: list[str], path: Path, reading: Reading, codec: str, zeros: int) -> Dialect:
+def _by_separator(
+    lines: list[str], path: Path, reading: ReadingOptions, codec: str, zeros: int
+) -> TextDialect:
     """Return the dialect by the separator with which heading and following lines have equally many cells."""
     separators = [reading.separator] if reading.separator else list(SEPARATORS)
-    found: list[tuple[Dialect, int]] = []
+    found: list[tuple[TextDialect, int]] = []
     for separator in separators:
         rows, further = _rows(lines, separator)
         heading = find_heading(rows, reading)
@@ -210,9 +212,9 @@ def _rows(lines: Sequence[str], separator: str) -> tuple[list[list[str]], set[in
     return cells, further
 
 
-def _dialect(heading: Heading, lines: list[str], separator: str, codec: str, zeros: int) -> Dialect:
+def _dialect(heading: Heading, lines: list[str], separator: str, codec: str, zeros: int) -> TextDialect:
     above = lines[: heading.first_row if heading.row is None else heading.row]
-    return Dialect(
+    return TextDialect(
         codec=codec,
         separator=separator,
         header_line=None if heading.row is None else heading.row + 1,
@@ -224,7 +226,7 @@ def _dialect(heading: Heading, lines: list[str], separator: str, codec: str, zer
     )
 
 
-def _no_columns(lines: list[str], path: Path, reading: Reading) -> BadInput:
+def _no_columns(lines: list[str], path: Path, reading: ReadingOptions) -> BadInput:
     number = reading.header_line or next(
         (i for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")), None
     )
@@ -238,7 +240,7 @@ def _no_columns(lines: list[str], path: Path, reading: Reading) -> BadInput:
     )
 
 
-def _refuse_numbers_as_headers(dialect: Dialect, path: Path, reading: Reading) -> None:
+def _refuse_numbers_as_headers(dialect: TextDialect, path: Path, reading: ReadingOptions) -> None:
     """Refuse a header row that is a row of the table: what looks like one would be lost as a header."""
     texts = dialect.header_texts
     if dialect.header_line is None or reading.header_line is not None:

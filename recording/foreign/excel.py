@@ -15,10 +15,16 @@ from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.channel_groups import missing_library, of_library, quiet
 from bufferstand.recording.foreign.columns import DATE_TIME
 from bufferstand.recording.foreign.heading import LOOKED_AT, find_heading
-from bufferstand.recording.foreign.moments import Moments
-from bufferstand.recording.foreign.record import Clock, Findings, Floats, Header, Numbers, Reading
+from bufferstand.recording.foreign.moments import DateColumns
+from bufferstand.recording.foreign.record import Findings, Floats, Header, Numbers, ReadingOptions, TimeColumn
 from bufferstand.recording.foreign.sheet_cells import DAY_0, TIMES, SheetCells
-from bufferstand.recording.foreign.sheet_rows import SheetSieve, SheetTable, as_texts, is_number, is_remark
+from bufferstand.recording.foreign.sheet_rows import (
+    SheetRowFilter,
+    SheetTable,
+    as_texts,
+    is_number,
+    is_remark,
+)
 
 _TEXT_OF_FORMULA = "str"
 """Type of a cell whose formula gave a text: openpyxl keeps it where that is empty."""
@@ -35,7 +41,7 @@ class ExcelRecord:
 
     row_word = "row"
 
-    def __init__(self, path: Path, reading: Reading) -> None:
+    def __init__(self, path: Path, reading: ReadingOptions) -> None:
         self.path, self._reading = path, reading
         if reading.groups:
             raise BadInput("a workbook has sheets, not groups", file=path, remedy="name one by --sheet")
@@ -91,7 +97,7 @@ class ExcelRecord:
         """Return what is odd about the sheet as a whole."""
         return [*self._further, *self._findings.texts()]
 
-    def read(self, positions: Sequence[int], clock: Clock | None = None) -> list[Numbers]:
+    def read(self, positions: Sequence[int], clock: TimeColumn | None = None) -> list[Numbers]:
         """Return the numbers of some columns.
 
         Raises
@@ -105,7 +111,7 @@ class ExcelRecord:
         if not table.row:
             raise BadInput("no numbers below the header row", file=self.path, place=self.header_place)
         cells = SheetCells(self.path, self.headers, table.row, self._reading, self._findings)
-        moments = Moments(clock) if clock else None
+        moments = DateColumns(clock) if clock else None
         columns: dict[int, Floats] = {}
         if clock is not None and moments is not None:
             columns[clock.position] = cells.times(
@@ -129,7 +135,7 @@ class ExcelRecord:
     def _table(self, positions: Sequence[int]) -> SheetTable:
         """Return the rows of numbers below the header row."""
         texts = [header.text for header in self.headers]
-        sieve = SheetSieve(self.path, self._sheet, texts, positions, self._reading, self._findings)
+        sieve = SheetRowFilter(self.path, self._sheet, texts, positions, self._reading, self._findings)
         with self._opened(values=True) as book:
             for number, cells in enumerate(self._rows(book), start=1):
                 if number > self._heading.first_row:

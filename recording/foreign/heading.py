@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from bufferstand.foundation.units import FACTORS
 from bufferstand.recording.foreign.columns import DATE_TIME, REQUIRED, full_name, spelled, split_header
-from bufferstand.recording.foreign.record import Header, Reading
+from bufferstand.recording.foreign.record import Header, ReadingOptions
 
 LOOKED_AT = 200
 """Rows in which the header row is sought."""
@@ -71,7 +71,7 @@ def _bare(cell: str) -> str:
     return spelled(stripped)
 
 
-def find_heading(rows: Sequence[Sequence[str]], reading: Reading) -> Heading | None:
+def find_heading(rows: Sequence[Sequence[str]], reading: ReadingOptions) -> Heading | None:
     """Find the heading of a table.
 
     The header row is the one that the user says; else the first that holds all headers that the user names,
@@ -118,7 +118,7 @@ def find_heading(rows: Sequence[Sequence[str]], reading: Reading) -> Heading | N
     return Heading(row, units_row, first, headers)
 
 
-def _without_header(rows: Sequence[Sequence[str]], reading: Reading) -> Heading | None:
+def _without_header(rows: Sequence[Sequence[str]], reading: ReadingOptions) -> Heading | None:
     first = next((i for i, cells in enumerate(rows) if is_data(cells, reading.no_value)), None)
     first = first if reading.first_line is None else reading.first_line - 1
     if first is None or first >= len(rows):

@@ -21,12 +21,12 @@ from bufferstand.foundation.names import readable
 from bufferstand.foundation.specimen import SpecimenFile, load_specimen
 from bufferstand.foundation.units import INSIDE_UNIT
 from bufferstand.recording.content import StreamContent
-from bufferstand.recording.foreign.columns import Column, map_columns
+from bufferstand.recording.foreign.columns import MappedColumn, map_columns
 from bufferstand.recording.foreign.mapping import mapping_facts
 from bufferstand.recording.foreign.opening import open_record
 from bufferstand.recording.foreign.record import ForeignRecord
 from bufferstand.recording.foreign.timebases import TimeBase, rate_findings, time_bases, value_findings
-from bufferstand.recording.foreign.wanted import ImportOptions, Wanted, wanted_of
+from bufferstand.recording.foreign.wanted import ImportOptions, ImportRequest, wanted_of
 from bufferstand.recording.metadata import FORMAT, FORMAT_VERSION, KINDS
 from bufferstand.recording.runfile import read_metadata, write_run
 from bufferstand.recording.seal import RUN_SUFFIX
@@ -97,9 +97,9 @@ def _specimen(path: Path, given: Path | None) -> tuple[SpecimenFile | None, str 
 
 def _document(
     record: ForeignRecord,
-    wanted: Wanted,
+    wanted: ImportRequest,
     specimen: SpecimenFile | None,
-    columns: Sequence[Column],
+    columns: Sequence[MappedColumn],
     bases: Sequence[TimeBase],
 ) -> dict[str, Any]:
     facts = {} if specimen is None else specimen.specimen.model_dump(mode="json")
@@ -159,7 +159,7 @@ def _start(of_test: datetime | None, of_record: datetime | None) -> tuple[str | 
     return (None, None) if of_record is None else (of_record.isoformat(), "record")
 
 
-def _channel(column: Column) -> dict[str, Any]:
+def _channel(column: MappedColumn) -> dict[str, Any]:
     channel = Channel.model_validate(
         {
             "name": column.name,
@@ -177,7 +177,7 @@ def _channel(column: Column) -> dict[str, Any]:
     return channel.model_dump(mode="json")
 
 
-def _kind(wanted: Wanted, of_test: str | None) -> tuple[str, str]:
+def _kind(wanted: ImportRequest, of_test: str | None) -> tuple[str, str]:
     if wanted.kind is not None and wanted.kind not in KINDS:
         raise BadInput(f"--kind {wanted.kind}: no such kind", remedy=f"use one of {', '.join(KINDS)}")
     if wanted.kind is not None:

@@ -17,7 +17,7 @@ from bufferstand.foundation.rates import LOGGER_HZ
 from bufferstand.foundation.settings import Day, Settings, load_settings
 from bufferstand.foundation.wanted import Within
 from bufferstand.foundation.wrong_key import WrongKeyError
-from bufferstand.recording.foreign.columns import DATE_TIME, Wish, full_name
+from bufferstand.recording.foreign.columns import DATE_TIME, ChannelRequest, full_name
 
 
 def _as_texts(value: object) -> object:
@@ -165,12 +165,12 @@ class MappingFile(Settings):
         """Get the time zone."""
         return None if self.time_zone is None else ZoneInfo(self.time_zone)
 
-    def wishes(self, path: Path) -> dict[str, Wish]:
+    def wishes(self, path: Path) -> dict[str, ChannelRequest]:
         """Return what it says, by channel; ``path`` is named in messages."""
         found = {}
         for name, form in self.columns.items():
             said = f"columns.{name} of {path.name}"
-            found[str(full_name(name))] = Wish(
+            found[str(full_name(name))] = ChannelRequest(
                 header=form.header,
                 number=form.number,
                 header_said=said,

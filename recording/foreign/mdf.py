@@ -24,7 +24,7 @@ from bufferstand.recording.foreign.channel_groups import (
     quiet,
 )
 from bufferstand.recording.foreign.columns import spelled
-from bufferstand.recording.foreign.record import Clock, Floats, Header, Numbers, Reading
+from bufferstand.recording.foreign.record import Floats, Header, Numbers, ReadingOptions, TimeColumn
 
 _TIME = 1
 """Kind of a master channel that is a time (MDF 4: cn_sync_type)."""
@@ -56,7 +56,7 @@ class MdfRecord:
 
     row_word = "sample"
 
-    def __init__(self, path: Path, reading: Reading) -> None:
+    def __init__(self, path: Path, reading: ReadingOptions) -> None:
         self.path = path
         self._findings: list[str] = []
         self._missing = reading.no_value_numbers
@@ -98,7 +98,7 @@ class MdfRecord:
         """Return what is odd about the file as a whole."""
         return list(self._findings)
 
-    def read(self, positions: Sequence[int], clock: Clock | None = None) -> list[Numbers]:
+    def read(self, positions: Sequence[int], clock: TimeColumn | None = None) -> list[Numbers]:
         """Return the numbers of some channels; groups whose masters are equal share a time base.
 
         Raises

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bufferstand.recording.foreign.record import Clock, Floats
+from bufferstand.recording.foreign.record import Floats, TimeColumn
 
 _NS_PER_S = 1_000_000_000
 _NOT_A_TIME = np.iinfo(np.int64).min
@@ -21,13 +21,13 @@ KNOWN_DATES = np.array(["1678-01-01", "2262-01-01"], dtype="datetime64[us]")
 _ZONE = re.compile(r"(Z|[+-]\d{2}:?\d{2})\s*")
 
 
-class Moments:
+class DateColumns:
     """Turns dates and times into seconds since the first one, block by block.
 
     A logger's clock that was set (summer time) shows as a gap or as backward stamps: nothing is corrected.
     """
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: TimeColumn) -> None:
         self._clock = clock
         self._first_ns: int | None = None
         self.started: datetime | None = None

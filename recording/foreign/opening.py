@@ -7,14 +7,14 @@ from pathlib import Path
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.delimited import DelimitedRecord
-from bufferstand.recording.foreign.record import ForeignRecord, Reading
+from bufferstand.recording.foreign.record import ForeignRecord, ReadingOptions
 
 _ZIP = b"PK\x03\x04"
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def open_record(path: Path, reading: Reading) -> ForeignRecord:
+def open_record(path: Path, reading: ReadingOptions) -> ForeignRecord:
     """Open a foreign record of any kind that is understood.
 
     Raises

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from bufferstand.recording.foreign.moments import Moments
-from bufferstand.recording.foreign.record import Clock, Floats, Reading
-from bufferstand.recording.foreign.sifting import Form
+from bufferstand.recording.foreign.moments import DateColumns
+from bufferstand.recording.foreign.record import Floats, ReadingOptions, TimeColumn
+from bufferstand.recording.foreign.sifting import RowForm
 from bufferstand.recording.foreign.splitting import QUOTE
 
 _REMARK = re.compile(r"^[ \t]*#", re.MULTILINE)
@@ -49,13 +49,18 @@ class PlainReader:
     """
 
     def __init__(
-        self, form: Form, reading: Reading, sign: str, positions: Sequence[int], clock: Clock | None
+        self,
+        form: RowForm,
+        reading: ReadingOptions,
+        sign: str,
+        positions: Sequence[int],
+        clock: TimeColumn | None,
     ) -> None:
         self._form, self._sign, self._positions, self._clock = form, sign, positions, clock
         self._no_value = reading.no_value
         self._no_numbers = [*sorted(self._no_value), *map(repr, sorted(reading.no_value_numbers))]
 
-    def read(self, text: str, moments: Moments | None) -> PlainRows | None:
+    def read(self, text: str, moments: DateColumns | None) -> PlainRows | None:
         """Return the rows of some whole lines; None if one is no plain row."""
         plain = self._unquoted(text)
         if plain is None or self._sign == self._form.separator or ("#" in plain and _REMARK.search(plain)):

@@ -45,7 +45,7 @@ class Header:
 
 
 @dataclass(frozen=True)
-class Clock:
+class TimeColumn:
     """A time column that holds dates and times: its position, ``strptime`` format (None: ISO 8601), zone."""
 
     position: int
@@ -85,7 +85,7 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadingOptions:
     """How to read a record, as far as the user says it; what is left out is found out.
 
     Parameters
@@ -154,7 +154,7 @@ class ForeignRecord(Protocol):
         """Return where a column's header stands, for messages."""
         ...
 
-    def read(self, positions: Sequence[int], clock: Clock | None) -> list[Numbers]:
+    def read(self, positions: Sequence[int], clock: TimeColumn | None) -> list[Numbers]:
         """Return the numbers of some columns, one item for each time base.
 
         Raises

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from bufferstand.recording.foreign.cells import NOT_A_NUMBER, BadCell
 from bufferstand.recording.foreign.heading import NUMBER
-from bufferstand.recording.foreign.moments import KNOWN_DATES, Moments
-from bufferstand.recording.foreign.record import Findings, Floats, Header, Reading
+from bufferstand.recording.foreign.moments import KNOWN_DATES, DateColumns
+from bufferstand.recording.foreign.record import Findings, Floats, Header, ReadingOptions
 from bufferstand.recording.foreign.thousands import grouped_number, perhaps_thousands
 
 TIMES = datetime | time | timedelta
@@ -43,7 +43,7 @@ class SheetCells:
         path: Path,
         headers: Sequence[Header],
         rows: Sequence[int],
-        reading: Reading,
+        reading: ReadingOptions,
         findings: Findings,
     ) -> None:
         self._path, self._headers, self._rows = path, headers, rows
@@ -69,7 +69,7 @@ class SheetCells:
             self.decimal = sign
         return {position: self._column(cells, sign, position) for position, cells in kept.items()}
 
-    def times(self, cells: Sequence[Any], position: int, moments: Moments, day_0: datetime) -> Floats:
+    def times(self, cells: Sequence[Any], position: int, moments: DateColumns, day_0: datetime) -> Floats:
         """Return the times [s] of a column of dates and times, NaN where there is none.
 
         ``day_0`` is the day that the workbook numbers 0.

@@ -11,7 +11,7 @@ from typing import Any
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.heading import NUMBER, is_units, is_value
-from bufferstand.recording.foreign.record import Findings, Reading
+from bufferstand.recording.foreign.record import Findings, ReadingOptions
 from bufferstand.recording.foreign.sifting import HEADINGS, REMARKS
 
 ABOVE = "row(s) of text above a header row inside the data, left out with it"
@@ -43,7 +43,7 @@ class _Waiting:
     cells: Sequence[Any] = ()
 
 
-class SheetSieve:
+class SheetRowFilter:
     """Takes the rows of numbers out of a sheet, and notes what else there was.
 
     Parameters
@@ -68,7 +68,7 @@ class SheetSieve:
         sheet: str,
         headers: Sequence[str],
         positions: Sequence[int],
-        reading: Reading,
+        reading: ReadingOptions,
         findings: Findings,
     ) -> None:
         self._path, self._sheet = path, sheet

@@ -21,7 +21,7 @@ CUT = "line(s) at the end not written whole and left out (the file is cut short)
 
 
 @dataclass(frozen=True)
-class Form:
+class RowForm:
     """What a row of the file looks like, and what may be done with one that looks otherwise."""
 
     headers: Sequence[str]
@@ -31,7 +31,7 @@ class Form:
 
 
 @dataclass
-class Sifted:
+class FilteredRows:
     """Rows of values: line (from 1) and cells of each; the rows before which something else was."""
 
     line: list[int] = field(default_factory=list)
@@ -41,7 +41,7 @@ class Sifted:
     blank: list[int] = field(default_factory=list)
 
 
-class Sieve:
+class RowFilter:
     """Takes rows of values out of text, and notes what else there was.
 
     Parameters
@@ -53,14 +53,14 @@ class Sieve:
         The columns that are used: by them a row is told from a line of text.
     """
 
-    def __init__(self, form: Form, findings: Findings, positions: Sequence[int]) -> None:
+    def __init__(self, form: RowForm, findings: Findings, positions: Sequence[int]) -> None:
         self._form, self._findings, self._positions = form, findings, positions
         self._needed = max(positions) + 1
         self._headers = _without_tail(form.headers)
         self._other: list[_Other] = []
         """Lines not yet explained: a header row below them makes them part of its block."""
 
-    def sift(self, text: str, first_line: int, *, last_is_cut: bool) -> Sifted:
+    def sift(self, text: str, first_line: int, *, last_is_cut: bool) -> FilteredRows:
         """Return the rows of values in some whole lines.
 
         Raises
@@ -68,7 +68,7 @@ class Sieve:
         WrongLine
             If a line is neither a row, part of a heading, a remark nor blank.
         """
-        found = Sifted()
+        found = FilteredRows()
         lines = io.StringIO(text).readlines()
         for row in text_rows(lines, self._form.separator):
             line, cells = first_line + row.line, self._fitted(row.cells)
@@ -107,7 +107,7 @@ class Sieve:
         WrongLine
             If there is such a line and it is not to be left out.
         """
-        self._refuse_other(Sifted())
+        self._refuse_other(FilteredRows())
 
     def _fitted(self, cells: list[str]) -> list[str]:
         """Return the cells of a line without empty ones too many."""
@@ -133,7 +133,7 @@ class Sieve:
         if len(row.cells) < len(self._form.headers):
             self._findings.note(SHORT, line)
 
-    def _drop_above(self, found: Sifted) -> None:
+    def _drop_above(self, found: FilteredRows) -> None:
         """Take back lines right above a header row that hold a number beside a text (“Cycle,2,”)."""
         while found.line and self._is_caption(found.cells[-1]):
             self._findings.note(ABOVE_HEADINGS, found.line.pop())
@@ -143,7 +143,7 @@ class Sieve:
         whole = is_data([cells[p] for p in self._positions], frozenset())
         return not whole and not all(is_value(cell, self._form.no_value) for cell in cells)
 
-    def _refuse_other(self, found: Sifted) -> None:
+    def _refuse_other(self, found: FilteredRows) -> None:
         if not self._other:
             return
         if not self._form.salvage:

@@ -21,8 +21,8 @@ from bufferstand.recording.foreign.channel_groups import (
     quiet,
 )
 from bufferstand.recording.foreign.columns import DATE_TIME
-from bufferstand.recording.foreign.moments import Moments
-from bufferstand.recording.foreign.record import Clock, Floats, Numbers, Reading
+from bufferstand.recording.foreign.moments import DateColumns
+from bufferstand.recording.foreign.record import Floats, Numbers, ReadingOptions, TimeColumn
 
 _SCALE_TYPE = re.compile(r"NI_Scale\[\d+\]_Scale_Type")
 _SECONDS = ("", "s", "sec", "Time", "time", "seconds")
@@ -57,7 +57,7 @@ class TdmsRecord:
 
     row_word = "sample"
 
-    def __init__(self, path: Path, reading: Reading) -> None:
+    def __init__(self, path: Path, reading: ReadingOptions) -> None:
         self.path = path
         self._findings: list[str] = []
         self._missing = reading.no_value_numbers
@@ -88,7 +88,7 @@ class TdmsRecord:
         """Return what is odd about the file as a whole."""
         return list(self._findings)
 
-    def read(self, positions: Sequence[int], clock: Clock | None = None) -> list[Numbers]:
+    def read(self, positions: Sequence[int], clock: TimeColumn | None = None) -> list[Numbers]:
         """Return the numbers of some channels; those with the same waveform share a time base.
 
         Raises
@@ -111,9 +111,9 @@ class TdmsRecord:
             return [self._base(file, members, clock, min(starts, default=None)) for members in bases.values()]
 
     def _base(
-        self, file: Any, members: Sequence[int], clock: Clock | None, first_start_s: float | None
+        self, file: Any, members: Sequence[int], clock: TimeColumn | None, first_start_s: float | None
     ) -> Numbers:
-        moments = Moments(clock) if clock is not None and clock.position in members else None
+        moments = DateColumns(clock) if clock is not None and clock.position in members else None
         columns = {
             position: self._values(file, position, moments if clock and position == clock.position else None)
             for position in members
@@ -141,7 +141,7 @@ class TdmsRecord:
             started=started,
         )
 
-    def _values(self, file: Any, position: int, moments: Moments | None) -> Floats:
+    def _values(self, file: Any, position: int, moments: DateColumns | None) -> Floats:
         channel = self._channels[position]
         self._refuse_unknown_scale(file, position)
         with of_library(self.path, "TDMS file", self.where(position)):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TextIO
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.foreign.dialect import Dialect, wrong_encoding
+from bufferstand.recording.foreign.dialect import TextDialect, wrong_encoding
 from bufferstand.recording.foreign.heading import is_data
 from bufferstand.recording.foreign.record import MISSING
 from bufferstand.recording.foreign.splitting import split_line
@@ -31,7 +31,7 @@ class TextBlock:
     """Whether it is the last one and its last line is not ended in the file."""
 
 
-def text_blocks(path: Path, dialect: Dialect) -> Iterator[TextBlock]:
+def text_blocks(path: Path, dialect: TextDialect) -> Iterator[TextBlock]:
     """Give a file's lines from the first that may be data on; line ends are line feeds.
 
     A block ends behind a line of values where one comes soon, so that a header block inside the data is not

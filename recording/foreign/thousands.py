@@ -21,7 +21,7 @@ _ROUNDING = 1e-6
 """Far above the rounding of numbers below a million."""
 
 
-class SignWitness:
+class DecimalSignEvidence:
     """Looks through one column for what tells a decimal sign from a separator of thousands.
 
     It may be the latter if every number that holds the sign has three digits behind it and one to three

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import StreamContent
-from bufferstand.recording.foreign.columns import DATE_TIME, Column, quoted
+from bufferstand.recording.foreign.columns import DATE_TIME, MappedColumn, quoted
 from bufferstand.recording.foreign.instants import has_own_instants
-from bufferstand.recording.foreign.record import Clock, Floats, ForeignRecord, Numbers
+from bufferstand.recording.foreign.record import Floats, ForeignRecord, Numbers, TimeColumn
 from bufferstand.recording.foreign.stamps import Stamps, examine
-from bufferstand.recording.foreign.wanted import Wanted
+from bufferstand.recording.foreign.wanted import ImportRequest
 
 STREAM = "record"
 """The stream of the stroke; further time bases are ``record_2`` …"""
@@ -46,7 +46,7 @@ class TimeBase:
     time_from: str
     stamps: Stamps
     numbers: Numbers
-    columns: Sequence[Column]
+    columns: Sequence[MappedColumn]
 
     def content(self) -> StreamContent:
         """Return the samples as a stream of a run file."""
@@ -54,7 +54,9 @@ class TimeBase:
         return StreamContent(self.time_s, values, self.stamps.segments)
 
 
-def time_bases(record: ForeignRecord, columns: Sequence[Column], wanted: Wanted) -> list[TimeBase]:
+def time_bases(
+    record: ForeignRecord, columns: Sequence[MappedColumn], wanted: ImportRequest
+) -> list[TimeBase]:
     """Return the channels by their time bases, that of the stroke first, that of the force next.
 
     Raises
@@ -65,7 +67,7 @@ def time_bases(record: ForeignRecord, columns: Sequence[Column], wanted: Wanted)
     time = next((column for column in columns if column.name == "time"), None)
     clock = None
     if time is not None and time.unit == DATE_TIME:
-        clock = Clock(time.position, wanted.time_format, wanted.zone)
+        clock = TimeColumn(time.position, wanted.time_format, wanted.zone)
     _check_rate(wanted.sample_rate_Hz, time, record)
     numbers = record.read([column.position for column in columns], clock)
     by_name = {column.name: column.position for column in columns}
@@ -121,7 +123,7 @@ def by_instants(base: TimeBase, word: str) -> list[TimeBase]:
     word : str
         What a row is called in messages.
     """
-    groups: list[tuple[NDArray[np.bool_] | None, list[Column]]] = [(None, [])]
+    groups: list[tuple[NDArray[np.bool_] | None, list[MappedColumn]]] = [(None, [])]
     for column in base.columns:
         filled = ~np.isnan(base.numbers.columns[column.position])
         if filled.all() or not has_own_instants(base.time_s, filled):
@@ -140,7 +142,9 @@ def by_instants(base: TimeBase, word: str) -> list[TimeBase]:
     ]
 
 
-def _of_rows(base: TimeBase, filled: NDArray[np.bool_], members: Sequence[Column], word: str) -> TimeBase:
+def _of_rows(
+    base: TimeBase, filled: NDArray[np.bool_], members: Sequence[MappedColumn], word: str
+) -> TimeBase:
     """Return some channels of a base in the rows in which they were read."""
     rows = np.flatnonzero(filled)
     numbers = replace(
@@ -167,7 +171,7 @@ def _of_rows(base: TimeBase, filled: NDArray[np.bool_], members: Sequence[Column
 
 
 def _with_time(
-    numbers: list[Numbers], main: Numbers, time: Column, record: ForeignRecord
+    numbers: list[Numbers], main: Numbers, time: MappedColumn, record: ForeignRecord
 ) -> tuple[list[Numbers], Numbers]:
     """Return the bases with a time channel moved to stroke and force where it is one of their group.
 
@@ -198,9 +202,9 @@ def _with_time(
 
 def _base(
     numbers: Numbers,
-    columns: Sequence[Column],
-    time: Column | None,
-    wanted: Wanted,
+    columns: Sequence[MappedColumn],
+    time: MappedColumn | None,
+    wanted: ImportRequest,
     record: ForeignRecord,
 ) -> TimeBase:
     members = [c for c in columns if c.position in numbers.columns and c.name != "time"]
@@ -232,11 +236,11 @@ def _base(
     return TimeBase("", time_s, "sample rate", Stamps(rate, segments, findings), numbers, members)
 
 
-def _values(numbers: Numbers, members: Sequence[Column]) -> list[Floats]:
+def _values(numbers: Numbers, members: Sequence[MappedColumn]) -> list[Floats]:
     return [numbers.columns[column.position] for column in members]
 
 
-def _stamps_s(numbers: Floats, time: Column) -> Floats:
+def _stamps_s(numbers: Floats, time: MappedColumn) -> Floats:
     """Return time stamps [s], NaN (none) in place of infinite ones."""
     with np.errstate(over="ignore"):
         time_s = numbers * time.factor + time.offset
@@ -251,7 +255,9 @@ def _interruptions(numbers: Numbers, word: str) -> tuple[str, ...]:
     return (f"{what}, the first before {word} {first}: the time is counted on at the sample rate",)
 
 
-def _one_block(numbers: Numbers, time: Column | None, wanted: int | None, record: ForeignRecord) -> Numbers:
+def _one_block(
+    numbers: Numbers, time: MappedColumn | None, wanted: int | None, record: ForeignRecord
+) -> Numbers:
     """Return the block that is asked for, or all where the time goes on from block to block."""
     starts = [0, *numbers.blocks]
     ends = [*numbers.blocks, len(numbers.row)]
@@ -284,7 +290,7 @@ def _rows(numbers: Numbers, first: int, last: int) -> Numbers:
     )
 
 
-def _check_rate(rate_Hz: float | None, time: Column | None, record: ForeignRecord) -> None:
+def _check_rate(rate_Hz: float | None, time: MappedColumn | None, record: ForeignRecord) -> None:
     if rate_Hz is not None and not (0.0 < rate_Hz < np.inf):
         raise BadInput(f"--sample-rate {rate_Hz}: must be positive")
     if time is not None and rate_Hz is not None:
@@ -298,7 +304,7 @@ def _check_rate(rate_Hz: float | None, time: Column | None, record: ForeignRecor
         raise _no_time(record, None)
 
 
-def _no_time(record: ForeignRecord, channel: Column | None) -> BadInput:
+def _no_time(record: ForeignRecord, channel: MappedColumn | None) -> BadInput:
     what = "no column is named “time”" if channel is None else "the channel has no time (no wf_increment)"
     return BadInput(
         what,

@@ -8,9 +8,9 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.foreign.columns import Wish, channel_name
+from bufferstand.recording.foreign.columns import ChannelRequest, channel_name
 from bufferstand.recording.foreign.mapping import FileForm, MappingFile, load_mapping
-from bufferstand.recording.foreign.record import Reading
+from bufferstand.recording.foreign.record import ReadingOptions
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,11 @@ class ImportOptions:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ImportRequest:
     """Options and mapping file as one."""
 
-    wishes: Mapping[str, Wish]
-    reading: Reading
+    wishes: Mapping[str, ChannelRequest]
+    reading: ReadingOptions
     kind: str | None
     sample_rate_Hz: float | None
     mapping: MappingFile | None
@@ -67,7 +67,7 @@ class Wanted:
     zone: ZoneInfo | None
 
 
-def wanted_of(options: ImportOptions) -> Wanted:
+def wanted_of(options: ImportOptions) -> ImportRequest:
     """Return options and mapping file as one.
 
     Raises
@@ -87,11 +87,11 @@ def wanted_of(options: ImportOptions) -> Wanted:
             if full in seen:
                 raise BadInput(f"{option}: “{name}” is given twice")
             seen.add(full)
-            wishes[full] = change(wishes.get(full, Wish()), value, f"{option} {name}")
+            wishes[full] = change(wishes.get(full, ChannelRequest()), value, f"{option} {name}")
     for name in options.invert:
         full = channel_name(name, "--invert")
         wishes[full] = replace(
-            wishes.get(full, Wish()), inverted=True, invert_said=f"--invert {name}", optional=False
+            wishes.get(full, ChannelRequest()), inverted=True, invert_said=f"--invert {name}", optional=False
         )
     form = FileForm() if mapping is None else mapping.file
     time = (
@@ -99,7 +99,7 @@ def wanted_of(options: ImportOptions) -> Wanted:
         if mapping is None
         else next((c for n, c in mapping.columns.items() if n.lower() == "time"), None)
     )
-    return Wanted(
+    return ImportRequest(
         wishes=wishes,
         reading=_reading(options, form, wishes),
         kind=options.kind,
@@ -110,15 +110,17 @@ def wanted_of(options: ImportOptions) -> Wanted:
     )
 
 
-def _column(wish: Wish, header: str, said: str) -> Wish:
+def _column(wish: ChannelRequest, header: str, said: str) -> ChannelRequest:
     return replace(wish, header=header, number=None, header_said=said, optional=False)
 
 
-def _unit(wish: Wish, unit: str, said: str) -> Wish:
+def _unit(wish: ChannelRequest, unit: str, said: str) -> ChannelRequest:
     return replace(wish, unit=unit, unit_said=said, optional=False)
 
 
-def _rate(options: ImportOptions, mapping: MappingFile | None, wishes: Mapping[str, Wish]) -> float | None:
+def _rate(
+    options: ImportOptions, mapping: MappingFile | None, wishes: Mapping[str, ChannelRequest]
+) -> float | None:
     if options.sample_rate_hz is not None or mapping is None:
         return options.sample_rate_hz
     if mapping.sample_rate_Hz is not None and "time" in wishes:
@@ -131,8 +133,8 @@ def _rate(options: ImportOptions, mapping: MappingFile | None, wishes: Mapping[s
     return mapping.sample_rate_Hz
 
 
-def _reading(options: ImportOptions, form: FileForm, wishes: Mapping[str, Wish]) -> Reading:
-    return Reading(
+def _reading(options: ImportOptions, form: FileForm, wishes: Mapping[str, ChannelRequest]) -> ReadingOptions:
+    return ReadingOptions(
         expected=[w.header for w in wishes.values() if w.header is not None and not w.optional],
         encoding=form.codec,
         separator=form.separator_character,

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from bufferstand.cli.campaigns import Prepared, prepare
+from bufferstand.cli.campaigns import PreparedCampaign, prepare
 from bufferstand.daq.limits import guards_for
 from bufferstand.daq.panel import GuardSet
 from bufferstand.drivers.connect import build_controller, build_sensors
@@ -109,7 +109,7 @@ def base_specimen() -> Table:
 
 
 def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
-    """Return a document with one key set; ``path`` as of :class:`bufferstand.foundation.within.Key`."""
+    """Return a document with one key set; ``path`` as of :class:`bufferstand.foundation.within.NumericKey`."""
     document = copy.deepcopy(document)
     names = [part for part in path if not part.startswith("kind=")]
     here: Any = document
@@ -205,12 +205,12 @@ class Files:
             (self.folder / f"{name}.toml").write_text(toml_text(table), "utf-8")
         return self.folder / "campaign.toml"
 
-    def prepare(self, **tables: Table | None) -> Prepared:
+    def prepare(self, **tables: Table | None) -> PreparedCampaign:
         """Write the files and plan them."""
         return prepare(self.write(**tables))
 
 
-def guards_of(prepared: Prepared) -> GuardSet:
+def guards_of(prepared: PreparedCampaign) -> GuardSet:
     """Return the guards that a campaign would be run with; no device is touched."""
     clock = WallClock()
     stand = Stand(build_controller(prepared.stand_file, clock), build_sensors(prepared.stand_file, clock))

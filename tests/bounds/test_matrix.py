@@ -14,12 +14,12 @@ from typing import Any
 
 import pytest
 
-from bufferstand.cli.campaigns import Prepared
+from bufferstand.cli.campaigns import PreparedCampaign
 from bufferstand.drivers.simulated.settings import SimulationSettings, simulation_settings
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.specimen import SpecimenFile
-from bufferstand.foundation.within import Key, numeric_keys
+from bufferstand.foundation.within import NumericKey, numeric_keys
 from bufferstand.protocols.campaign import CampaignFile
 from bufferstand.protocols.guard_bounds import RELATIVE
 from tests.bounds.files import (
@@ -73,7 +73,7 @@ class Case:
     """One key of one file with one value, and whether the value keeps the key's own bounds."""
 
     file: str
-    key: Key
+    key: NumericKey
     path: tuple[str, ...]
     value: object
     inside: bool
@@ -83,7 +83,7 @@ class Case:
         return f"{self.file}:{'.'.join(self.path)}={self.value!r:.20}"
 
 
-def schemas() -> Iterator[tuple[str, Key, tuple[str, ...]]]:
+def schemas() -> Iterator[tuple[str, NumericKey, tuple[str, ...]]]:
     for name, schema in (("campaign", CampaignFile), ("stand", StandFile), ("specimen", SpecimenFile)):
         for key in numeric_keys(schema):
             yield name, key, key.path
@@ -91,7 +91,7 @@ def schemas() -> Iterator[tuple[str, Key, tuple[str, ...]]]:
         yield "simulation", key, ("simulation", *key.path)
 
 
-def inside(key: Key, value: object) -> bool:
+def inside(key: NumericKey, value: object) -> bool:
     """Return whether a value keeps the bounds that the schema states, by this test's own comparison."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(_float(value)):
         return False
@@ -108,7 +108,7 @@ def _float(value: float) -> float:
         return math.inf
 
 
-def values(key: Key) -> Iterator[object]:
+def values(key: NumericKey) -> Iterator[object]:
     yield from NONSENSE
     for bound, outward in ((key.low, -math.inf), (key.high, math.inf)):
         if math.isfinite(bound):
@@ -147,7 +147,7 @@ def documents(case: Case) -> dict[str, Table]:
     return {"stand": with_key(base_stand(), case.path, case.value)}
 
 
-def attempt(case: Case, files: Files) -> Prepared | BadInput:
+def attempt(case: Case, files: Files) -> PreparedCampaign | BadInput:
     """Return the plan of a case, or how it was refused."""
     try:
         prepared = files.prepare(**documents(case))

@@ -15,7 +15,7 @@ from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.curve_predictor import NothingKnown
+from bufferstand.protocols.curve_predictor import UnknownSpecimenPredictor
 from tests.bounds.files import (
     SINE,
     Files,
@@ -200,5 +200,5 @@ def test_what_a_speed_does_not_let_judge_is_said_where_there_are_two_forces(
 def test_a_specimen_whose_curve_nobody_states_is_said(tmp_path: Path) -> None:
     prepared = Files(tmp_path).prepare()
     assert "no spring model" not in "\n".join(prepared.plan.not_guarded)
-    said = "\n".join(unguarded(prepared.plan, prepared.stand_file, NothingKnown()))
+    said = "\n".join(unguarded(prepared.plan, prepared.stand_file, UnknownSpecimenPredictor()))
     assert "no spring model and no [catalogue]: a scale that is wrong in each force is not seen" in said

@@ -10,10 +10,10 @@ import pytest
 from bufferstand.cli import as_begun
 from bufferstand.cli.arming import Consent
 from bufferstand.cli.as_begun import accepted_changes, accepted_serial, demand_same_kind, going_on_simulated
-from bufferstand.cli.campaigns import Prepared, prepare
-from bufferstand.daq.begun import Begun, begun, software_version
+from bufferstand.cli.campaigns import PreparedCampaign, prepare
+from bufferstand.daq.begun import CampaignStart, begun, software_version
 from bufferstand.daq.folder import CampaignFolder, CampaignRecord
-from bufferstand.drivers.connect import Look
+from bufferstand.drivers.connect import ControllerAnswer
 from bufferstand.drivers.interfaces import Identity
 from bufferstand.foundation.errors import BadInput, DeviceFault
 from tests.cli.test_edits import Lab
@@ -21,7 +21,7 @@ from tests.cli.test_edits import Lab
 WAS = Identity("ring", "10.0.0.1:502", "4711", "ring edition 3 sha256 aa", 1000.0)
 OTHER = Identity("ring", "10.0.0.1:502", "4712", "ring edition 3 sha256 aa", 1000.0)
 SLOWER = Identity("ring", "10.0.0.1:502", "4711", "ring edition 3 sha256 aa", 500.0)
-REAL = Begun(simulate=False, simulated=False, controller=asdict(WAS), software=software_version())
+REAL = CampaignStart(simulate=False, simulated=False, controller=asdict(WAS), software=software_version())
 YES_MOVE = Consent("specimen", "A", "tester", "2026-11-24T12:00:00+00:00", "--yes-move")
 
 
@@ -93,30 +93,30 @@ def test_a_speed_for_a_real_stand_is_refused_without_sending_to_another_option(l
 def changes(
     monkeypatch: pytest.MonkeyPatch,
     lab: Lab,
-    look: Look | None,
+    look: ControllerAnswer | None,
     *,
-    known: Begun = REAL,
+    known: CampaignStart = REAL,
     accept: str | None = None,
     served: bool = False,
     consent: Consent = YES_MOVE,
 ) -> tuple[dict[str, object], ...]:
     """Return what is accepted where ``look`` is what answers (None: nobody does)."""
 
-    def answer(_: object) -> Look:
+    def answer(_: object) -> ControllerAnswer:
         if look is None:
             raise DeviceFault("nobody answers")
         return look
 
     monkeypatch.setattr(as_begun, "look_at_controller", answer)
-    prepared: Prepared = prepare(lab.campaign)
+    prepared: PreparedCampaign = prepare(lab.campaign)
     return accepted_changes(prepared, known, simulate=False, served=served, consent=consent, accept=accept)
 
 
 def test_the_same_controller_and_software_are_not_mentioned(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert changes(monkeypatch, lab, Look(WAS, simulated=False)) == ()
-    assert changes(monkeypatch, lab, Look(WAS, simulated=False), accept="4711") == ()
+    assert changes(monkeypatch, lab, ControllerAnswer(WAS, simulated=False)) == ()
+    assert changes(monkeypatch, lab, ControllerAnswer(WAS, simulated=False), accept="4711") == ()
     assert changes(monkeypatch, lab, None) == (), "the start will say that nobody answers"
     assert capsys.readouterr().err == ""
 
@@ -125,14 +125,14 @@ def test_another_serial_number_is_refused_without_consent(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(BadInput, match="another controller answers, with the serial number 4712") as refused:
-        changes(monkeypatch, lab, Look(OTHER, simulated=False))
+        changes(monkeypatch, lab, ControllerAnswer(OTHER, simulated=False))
     assert "--accept-controller 4712" in refused.value.remedy
     assert "the controller’s serial number: 4711 → 4712" in capsys.readouterr().err
     with pytest.raises(BadInput, match="“4711” was given, and the controller that answers is “4712”"):
-        changes(monkeypatch, lab, Look(OTHER, simulated=False), accept="4711")
+        changes(monkeypatch, lab, ControllerAnswer(OTHER, simulated=False), accept="4711")
     with pytest.raises(BadInput, match="“4712” was given, and no such controller answers"):
-        changes(monkeypatch, lab, Look(WAS, simulated=False), accept="4712")
-    taken = changes(monkeypatch, lab, Look(OTHER, simulated=False), accept="4712")
+        changes(monkeypatch, lab, ControllerAnswer(WAS, simulated=False), accept="4712")
+    taken = changes(monkeypatch, lab, ControllerAnswer(OTHER, simulated=False), accept="4712")
     assert [(one["now"], one["accepted"]) for one in taken] == [("4712", "--accept-controller")]
     assert accepted_serial(taken) == "4712"
 
@@ -142,8 +142,8 @@ def test_other_differences_are_recorded_where_nobody_can_be_asked(
     lab: Lab, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     firmware = Identity(WAS.device, WAS.address, WAS.serial, "ring edition 3 sha256 bb", 1000.0)
-    known = Begun(simulate=False, simulated=False, controller=asdict(WAS), software="0.0.9")
-    taken = changes(monkeypatch, lab, Look(firmware, simulated=False), known=known)
+    known = CampaignStart(simulate=False, simulated=False, controller=asdict(WAS), software="0.0.9")
+    taken = changes(monkeypatch, lab, ControllerAnswer(firmware, simulated=False), known=known)
     assert [(one["before"], one["now"], one["accepted"]) for one in taken] == [
         ("ring edition 3 sha256 aa", "ring edition 3 sha256 bb", "not asked: recorded"),
         ("0.0.9", software_version(), "not asked: recorded"),
@@ -156,10 +156,11 @@ def test_other_differences_are_recorded_where_nobody_can_be_asked(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("look", "served"), [(Look(WAS, simulated=True), False), (Look(WAS, simulated=False), True)]
+    ("look", "served"),
+    [(ControllerAnswer(WAS, simulated=True), False), (ControllerAnswer(WAS, simulated=False), True)],
 )
 def test_a_simulated_stand_at_the_real_one_s_address_is_refused_before_anything_is_written(
-    lab: Lab, monkeypatch: pytest.MonkeyPatch, look: Look, *, served: bool
+    lab: Lab, monkeypatch: pytest.MonkeyPatch, look: ControllerAnswer, *, served: bool
 ) -> None:
     with pytest.raises(BadInput, match=r"a simulated stand answers .* was begun on a real one"):
         changes(monkeypatch, lab, look, served=served)
@@ -167,10 +168,12 @@ def test_a_simulated_stand_at_the_real_one_s_address_is_refused_before_anything_
 
 @pytest.mark.slow
 def test_a_real_stand_where_a_served_one_was_is_refused(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = Begun(simulate=False, simulated=True, controller=asdict(WAS), software=software_version())
+    known = CampaignStart(simulate=False, simulated=True, controller=asdict(WAS), software=software_version())
     with pytest.raises(BadInput, match=r"a real stand answers .* was begun on a simulated one"):
-        changes(monkeypatch, lab, Look(WAS, simulated=False), known=known)
-    assert changes(monkeypatch, lab, Look(OTHER, simulated=True), known=known) == (), "its serial is a seed"
+        changes(monkeypatch, lab, ControllerAnswer(WAS, simulated=False), known=known)
+    assert changes(monkeypatch, lab, ControllerAnswer(OTHER, simulated=True), known=known) == (), (
+        "its serial is a seed"
+    )
 
 
 @pytest.mark.slow
@@ -196,9 +199,9 @@ def test_at_a_terminal_it_is_asked(
     monkeypatch.setattr(as_begun, "typed_line", types)
     typed = replace(YES_MOVE, how="typed")
     if accepted:
-        taken = changes(monkeypatch, lab, Look(look, simulated=False), consent=typed)
+        taken = changes(monkeypatch, lab, ControllerAnswer(look, simulated=False), consent=typed)
         assert [one["accepted"] for one in taken] == ["typed"]
     else:
         with pytest.raises(BadInput, match="nothing was moved or written"):
-            changes(monkeypatch, lab, Look(look, simulated=False), consent=typed)
+            changes(monkeypatch, lab, ControllerAnswer(look, simulated=False), consent=typed)
     assert [text.startswith(question) for text in asked] == [True]

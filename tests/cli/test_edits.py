@@ -15,16 +15,16 @@ from hypothesis import strategies as st
 
 from bufferstand.cli import edits
 from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.edits import Choice, Going, going_on
+from bufferstand.cli.edits import Choice, ResumedCampaign, going_on
 from bufferstand.daq.folder import CampaignFolder, CampaignRecord, load_record
 from bufferstand.daq.inputs import edits_between
-from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.metadata import CampaignMetadata
 from bufferstand.daq.starting import begin, left_to_do
 from bufferstand.drivers.profile import SHIPPED
 from bufferstand.foundation.errors import BadInput
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
-FACTS = CampaignFacts(stand={}, watchdog_s=2.0, started_here=True)
+FACTS = CampaignMetadata(stand={}, watchdog_s=2.0, started_here=True)
 STEP = """
 [[step]]
 kind = "harmonic"
@@ -54,7 +54,7 @@ class Lab:
         self.campaign.write_text(
             HEAD + STEP.format(name="one", amplitude=5) + STEP.format(name="two", amplitude=6)
         )
-        self.start(Going(prepare(self.campaign)))
+        self.start(ResumedCampaign(prepare(self.campaign)))
         if done:
             (self.out / "runs/one.h5").touch()
             record = self.record
@@ -77,13 +77,13 @@ class Lab:
         with (self.out.parent / file).open("a") as stream:
             stream.write(STEP.format(name="three", amplitude=7))
 
-    def resume(self, choice: Choice | None = None) -> Going:
+    def resume(self, choice: Choice | None = None) -> ResumedCampaign:
         return going_on(self.out, self.record, choice)
 
-    def start(self, going: Going) -> CampaignRecord:
+    def start(self, going: ResumedCampaign) -> CampaignRecord:
         return begin(going.prepared.plan, CampaignFolder(self.out), replace(FACTS, edits=going.edits))
 
-    def left(self, going: Going) -> list[str]:
+    def left(self, going: ResumedCampaign) -> list[str]:
         return [step.name for step, _ in left_to_do(going.prepared.plan, self.record, self.out)]
 
 

@@ -12,7 +12,7 @@ from bufferstand.cli.as_run_view import rows_against
 from bufferstand.cli.campaigns import prepare
 from bufferstand.cli.commands.resume import command
 from bufferstand.cli.commands.run import finish
-from bufferstand.daq.as_run import AsRun, Expected, add_as_run, rows_in_force
+from bufferstand.daq.as_run import AsRun, ExpectedOutcome, add_as_run, rows_in_force
 from bufferstand.daq.folder import CampaignFolder, StepRecord
 from bufferstand.daq.runner import CampaignOutcome
 from bufferstand.foundation.errors import BadInput, ExitStatus
@@ -133,7 +133,7 @@ def test_what_a_campaign_took_is_told_without_the_steps_that_edits_have_replaced
 
 
 def _row(step: StepRecord, took_s: float) -> AsRun:
-    expected = Expected(0.9 * took_s, 0.0, 21.0)
+    expected = ExpectedOutcome(0.9 * took_s, 0.0, 21.0)
     return AsRun(
         step.index, step.name, "harmonic", step.plan_hash, False, "", "2026-03-05T14:00:00+00:00", True, 3,
         took_s, 21.0, 21.0, 21.0, 0.0, 0.0, expected, expected, 1.0, 1.0, 0.0, 0.0,

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bufferstand.daq.metadata import CampaignFacts
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.metadata import CampaignMetadata
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.foundation.specimen import Specimen
 from bufferstand.model.file import load_model
 from bufferstand.protocols.campaign import load_campaign
@@ -63,7 +63,7 @@ def plan_of(path: Path) -> Plan:
     return make_plan(load_campaign(path), limits, ModelPredictor(model), Specimen(id="spring"))
 
 
-FACTS = CampaignFacts({"stand": {"id": "fake"}}, watchdog_s=2.0)
+FACTS = CampaignMetadata({"stand": {"id": "fake"}}, watchdog_s=2.0)
 
 
 @dataclass
@@ -101,9 +101,9 @@ class Lines:
     """Keeps what would have been shown."""
 
     lines: list[str] = field(default_factory=list)
-    snapshots: list[Progress] = field(default_factory=list)
+    snapshots: list[CampaignProgress] = field(default_factory=list)
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         self.snapshots.append(progress)
 
     def message(self, text: str) -> None:

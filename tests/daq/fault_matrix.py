@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.simulated.faults import CHANNELS, FAULTS, ScheduledFault
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
@@ -81,7 +81,7 @@ class Watcher:
                 ScheduledFault(target, kind, self.injected_s, settings=dict(settings))
             )
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         if progress.phase == _SEEN.get(self._phase):
             self.inject()
 

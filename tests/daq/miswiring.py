@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from bufferstand.daq.metadata import CampaignFacts
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.metadata import CampaignMetadata
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.interfaces import StreamFacts
@@ -90,7 +90,8 @@ def run_miswired(
     shown = Lines()
     outcome = run_campaign(
         plan, opened.stand, opened.clock, folder / "out", _with_roles(facts, swapped),
-        progress=shown, predictor=ModelPredictor(model), settings=RunSettings(pace=Pace(tick_s=case.tick_s)),
+        progress=shown, predictor=ModelPredictor(model),
+        settings=RunSettings(pace=LoopPace(tick_s=case.tick_s)),
     )  # fmt: skip
     opened.stand.close()
     truth = opened.truth.arrays()
@@ -100,7 +101,7 @@ def run_miswired(
     )  # fmt: skip
 
 
-def _with_roles(facts: CampaignFacts, swapped: tuple[str, str] | None) -> CampaignFacts:
+def _with_roles(facts: CampaignMetadata, swapped: tuple[str, str] | None) -> CampaignMetadata:
     if swapped is None:
         return facts
     stand = dict(facts.stand)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bufferstand.daq.as_run import read_as_run
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.simulated.inprocess import open_in_process
@@ -57,7 +57,7 @@ def measure(campaign: Path, out: Path, *, pass_s: float = PASS_S) -> Measured:
     opened = open_in_process(stand_file, log_truth=False)
     outcome = run_campaign(
         plan, opened.stand, opened.clock, out, facts_of(stand_file),
-        settings=RunSettings(pace=Pace(tick_s=pass_s)), predictor=predictor,
+        settings=RunSettings(pace=LoopPace(tick_s=pass_s)), predictor=predictor,
     )  # fmt: skip
     waited_s = sum(row.duration_s for row in read_as_run(out) if row.pause or row.kind == "cool-down")
     return Measured(plan, outcome, opened.clock.now_s(), time.process_time() - began_s, waited_s)

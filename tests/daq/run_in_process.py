@@ -6,8 +6,8 @@ import sys
 import time
 from pathlib import Path
 
-from bufferstand.daq.metadata import CampaignFacts
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.metadata import CampaignMetadata
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.signals import StopRequest, stop_on_signals
@@ -22,7 +22,7 @@ from bufferstand.protocols.limits import StandLimits
 from bufferstand.protocols.plan import Plan, make_plan
 from bufferstand.protocols.prediction import ModelPredictor
 
-COARSE = RunSettings(pace=Pace(tick_s=0.05))
+COARSE = RunSettings(pace=LoopPace(tick_s=0.05))
 """A pass every 50 ms: a third of the processor time, where it is not the reaction that is tried."""
 
 
@@ -37,8 +37,8 @@ def sample_plan(campaign_file: Path) -> tuple[Plan, StandFile]:
     return make_plan(campaign, limits, ModelPredictor(model), specimen), stand_file
 
 
-def facts_of(stand_file: StandFile) -> CampaignFacts:
-    return CampaignFacts(stand_file.model_dump(mode="json"), stand_file.controller.watchdog_s)
+def facts_of(stand_file: StandFile) -> CampaignMetadata:
+    return CampaignMetadata(stand_file.model_dump(mode="json"), stand_file.controller.watchdog_s)
 
 
 class SlowLines(PlainLines):

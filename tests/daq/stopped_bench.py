@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bufferstand.daq.wiring.heat import AIR_K, COOLS_S, believed_lag_s, most_J_per_K
-from bufferstand.daq.wiring.stopped_sensor import STEP_K, Heat, StoppedSensor
+from bufferstand.daq.wiring.stopped_sensor import STEP_K, HeatAtReading, StoppedSensor
 
 Floats = np.ndarray
 BEFORE_S = 20.0
@@ -88,14 +88,14 @@ def shown_by(body: Body) -> Shown:
     return Shown(read.astype(float), reading_C, np.cumsum(lump_J)[read], power_W[read])
 
 
-def heats_of(body: Body, shown: Shown) -> Iterable[Heat]:
+def heats_of(body: Body, shown: Shown) -> Iterable[HeatAtReading]:
     """Yield what the judge of the heat hands on with each reading."""
     stated = None if body.stated_times is None else body.stated_times * body.capacity_J_per_K
     air_C = (body.air_C if body.knows_air else 21.0) - AIR_K[not body.knows_air]
     lag_s = believed_lag_s(body.stated_lag_s)
     for at_s, absorbed_J in zip(shown.time_s, shown.absorbed_J, strict=True):
         rose_K = body.air_K_per_h * at_s / 3600.0 if body.knows_air else 0.0
-        yield Heat(float(absorbed_J), air_C, float(rose_K), most_J_per_K(stated), COOLS_S, lag_s)
+        yield HeatAtReading(float(absorbed_J), air_C, float(rose_K), most_J_per_K(stated), COOLS_S, lag_s)
 
 
 def stopped_at_s(body: Body) -> float | None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.profile import SHIPPED
@@ -147,7 +147,7 @@ def run(
     outcome = run_campaign(
         plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file),
         progress=shown, predictor=ModelPredictor(model),
-        settings=RunSettings(pace=Pace(tick_s=case.tick_s)),
+        settings=RunSettings(pace=LoopPace(tick_s=case.tick_s)),
     )  # fmt: skip
     opened.stand.close()
     return outcome, opened, shown, plan

@@ -13,7 +13,7 @@ from bufferstand.daq.agreement_guard import AgreementGuard
 from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.guards import Action
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.drivers.interfaces import MotionState, SampleBlock, Stand
@@ -31,7 +31,7 @@ def acquire(
     orders: Orders | None = None,
     *,
     clock: FakeClock | None = None,
-    pace: Pace | None = None,
+    pace: LoopPace | None = None,
     waited_for: bool = False,
     civil_s: Callable[[], float] = time.time,
     **stand: object,

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from bufferstand.daq.agenda import Agenda
-from bufferstand.daq.as_run import AsRun, Expected, add_as_run, read_as_run, report_rows, totals
-from bufferstand.daq.heat_log import Seen
+from bufferstand.daq.as_run import AsRun, ExpectedOutcome, add_as_run, read_as_run, report_rows, totals
+from bufferstand.daq.heat_log import StepHeat
 from bufferstand.protocols.curve_predictor import CurvePredictor
 from bufferstand.protocols.plan import make_plan
 from tests.protocols.conftest import SPECIMEN, STAND, Load
@@ -37,7 +37,7 @@ stroke_limit_mm = 60.0
 def ran(load: Load, position: int) -> AsRun:
     plan = make_plan(load(STEPS), STAND, CURVE, SPECIMEN)
     step = plan.steps[position]
-    seen = Seen(120.0, 21.0, 45.0, 21.0, 58_000.0)
+    seen = StepHeat(120.0, 21.0, 45.0, 21.0, 58_000.0)
     return Agenda(plan, lambda _: False, None).done(step, seen, 15, complete=True)
 
 
@@ -69,6 +69,6 @@ def test_what_is_not_known_is_kept_as_such(load: Load, tmp_path: Path) -> None:
 
 
 def test_what_is_known_is_said_as_ever(load: Load) -> None:
-    known = replace(ran(load, 0), planned=Expected(100.0, 12_300.0, 45.0))
+    known = replace(ran(load, 0), planned=ExpectedOutcome(100.0, 12_300.0, 45.0))
     assert "(planned: 1 min 40 s, 12.3 kJ, 45.0 °C)" in known.sentence()
     assert totals([known]).planned_heat_J == pytest.approx(12_300.0)

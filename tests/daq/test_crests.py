@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bufferstand.daq.crests import Turned, noise_of, upper_crest
+from bufferstand.daq.crests import StrokeTurns, noise_of, upper_crest
 from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts
 
 MEAN_MM = 40.0
@@ -49,7 +49,7 @@ def test_turns_are_those_of_the_motion(
     means, amplitudes, u = [], [], []
     for _ in range(12):
         noisy = true + noise_mm * random.standard_normal(len(true))
-        turned = Turned.of(time[::every], noisy[::every])
+        turned = StrokeTurns.of(time[::every], noisy[::every])
         assert turned is not None
         means.append(turned.sine.mean_mm)
         amplitudes.append(turned.sine.amplitude_mm)
@@ -73,14 +73,14 @@ def test_a_series_of_harmonics_and_the_greatest_sample_are_wrong_where_a_crest_i
     assert 0.5 * (series.max() - series.min()) > 1.01 * half
     noisy = true + 0.1 * np.random.default_rng(1).standard_normal(len(true))
     assert 0.5 * (noisy.max() - noisy.min()) > half + 0.15
-    turned = Turned.of(time, noisy)
+    turned = StrokeTurns.of(time, noisy)
     assert turned is not None
     assert turned.sine.amplitude_mm == pytest.approx(half, abs=0.03)
 
 
 def test_hum_does_not_move_a_turn_by_more_than_itself() -> None:
     time, true = piston(0.03, 1.0, 10.0)
-    turned = Turned.of(time, true + 0.01 * np.sin(2.0 * math.pi * 50.0 * time))
+    turned = StrokeTurns.of(time, true + 0.01 * np.sin(2.0 * math.pi * 50.0 * time))
     assert turned is not None
     assert turned.sine.amplitude_mm == pytest.approx(0.5 * (true.max() - true.min()), abs=0.01)
 
@@ -108,7 +108,7 @@ def test_the_force_at_a_turn_is_that_with_which_it_is_reached() -> None:
     for at in np.flatnonzero(standing):
         friction[at] = friction[at - 1]
     force = 5.0 * stroke + friction + 0.2 * np.random.default_rng(4).standard_normal(len(time))
-    turned = Turned.of(time, stroke)
+    turned = StrokeTurns.of(time, stroke)
     assert turned is not None
     lower_kN, upper_kN = turned.forces(time, stroke, force)
     assert upper_kN == pytest.approx(5.0 * stroke.max() + 10.0, abs=0.3)

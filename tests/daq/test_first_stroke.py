@@ -10,7 +10,7 @@ from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.protocols.campaign import load_campaign
-from bufferstand.protocols.curve_predictor import NothingKnown
+from bufferstand.protocols.curve_predictor import UnknownSpecimenPredictor
 from bufferstand.protocols.limits import StandLimits
 from bufferstand.protocols.plan import make_plan
 from tests.daq.run_in_process import COARSE, facts_of
@@ -34,7 +34,7 @@ def run(tmp_path: Path, steps: str) -> CampaignOutcome:
     campaign = load_campaign(campaign_file)
     stand_file = load_stand(campaign.stand_path)
     specimen = load_specimen(campaign.specimen_path).specimen
-    predictor = NothingKnown()
+    predictor = UnknownSpecimenPredictor()
     plan = make_plan(campaign, StandLimits(**stand_file.limits.model_dump()), predictor, specimen)
     opened = open_in_process(stand_file)
     return run_campaign(

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bufferstand.daq.as_run import read_as_run
-from bufferstand.daq.pace import Pace
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.pace import LoopPace
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.scaling import ScaledBlock
@@ -93,7 +93,7 @@ def reached(run_file: Path) -> list[tuple[float, float]]:
 def default(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CampaignOutcome]:
     """Return the folder and the outcome of four cycles from 50 to 400 kN."""
     folder = tmp_path_factory.mktemp("cycled")
-    quick = RunSettings(pace=Pace(tick_s=0.02))  # slower passes make the first cycle slower than asked
+    quick = RunSettings(pace=LoopPace(tick_s=0.02))  # slower passes make the first cycle slower than asked
     outcome, _, _ = run(folder, force_cycles(), settings=quick)
     return folder, outcome
 
@@ -115,7 +115,7 @@ def test_both_forces_are_met_from_the_second_cycle_on(
     tmp_path: Path, low: float, high: float, speed: float, tick_s: float
 ) -> None:
     """Gap, zeros, noise, drift, servo lag, slow reversals, and a slow loop; by the stand's own truth, too."""
-    settings = RunSettings(pace=Pace(tick_s=tick_s))
+    settings = RunSettings(pace=LoopPace(tick_s=tick_s))
     outcome, opened, _ = run(tmp_path, force_cycles(low, high, speed), settings=settings)
     assert outcome.status == "complete", outcome.reason
     cycles = reached(outcome.runs[0])
@@ -169,7 +169,7 @@ def test_what_is_met_is_no_warning(default: tuple[Path, CampaignOutcome]) -> Non
 @pytest.mark.parametrize("tick_s", [0.01, 0.05])
 def test_a_narrow_window_is_met_though_the_turns_wander(tmp_path: Path, tick_s: float) -> None:
     """20 kN at the top are 0.4 mm of the piston, on a spring whose turns creep by 1 mm a cycle."""
-    settings = RunSettings(pace=Pace(tick_s=tick_s))
+    settings = RunSettings(pace=LoopPace(tick_s=tick_s))
     outcome, _, shown = run(tmp_path, force_cycles(380.0, 400.0, 20.0, 4), settings=settings)
     assert outcome.status == "complete", outcome.reason
     assert np.array(reached(outcome.runs[0])) == pytest.approx(np.tile([380.0, 400.0], (4, 1)), abs=8.0)
@@ -181,7 +181,7 @@ def test_a_slow_loop_makes_the_first_cycle_slower_and_not_overrun(
     tmp_path: Path, high: float, speed: float
 ) -> None:
     """A pass of 0.2 s is 46 to 60 mm: looking ahead does not help, going slower does."""
-    settings = RunSettings(pace=Pace(tick_s=0.2))
+    settings = RunSettings(pace=LoopPace(tick_s=0.2))
     outcome, opened, _ = run(tmp_path, force_cycles(50.0, high, speed, 3), settings=settings)
     assert outcome.status == "complete", outcome.reason
     assert opened.truth.arrays()["force_kN"].max() <= 1.02 * high
@@ -216,7 +216,7 @@ class StopsInACycle(Lines):
         super().__init__()
         self._asked = request
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         super().update(progress)
         if progress.cycle == 1:
             self._asked.ask(StopLevel.AFTER_CYCLE, "enough")

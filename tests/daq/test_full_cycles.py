@@ -13,13 +13,13 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bufferstand.daq.cycles_judged import CyclesJudged
-from bufferstand.daq.full_cycles import Change, FullCycles
+from bufferstand.daq.cycles_judged import CycleChecks
+from bufferstand.daq.full_cycles import FullCycles, SineChange
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.sine_watch import SineWatch
-from bufferstand.daq.stroke_agreement import Once, Terms
+from bufferstand.daq.stroke_agreement import StrokeCommandSettings, WarnOnce
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_looking import Order, SineLook
+from bufferstand.daq.stroke_looking import MotionOrder, SineCorrector
 from bufferstand.daq.stroke_rows import StrokeRow
 from bufferstand.drivers.interfaces import Controller
 from bufferstand.protocols.commanded import Sine
@@ -96,11 +96,17 @@ class NoChange:
     can_adjust = False
 
 
-def look_of(cycles: int = CYCLES) -> tuple[SineLook, Heard, StrokeKnowledge]:
+def look_of(cycles: int = CYCLES) -> tuple[SineCorrector, Heard, StrokeKnowledge]:
     heard, known = Heard(), StrokeKnowledge(1.0 / 105.0)
-    order = Order(Terms(StrokeTable(), known, WIDE, {}), heard, Once(heard), lambda _: None, compensates=True)
+    order = MotionOrder(
+        StrokeCommandSettings(StrokeTable(), known, WIDE, {}),
+        heard,
+        WarnOnce(heard),
+        lambda _: None,
+        compensates=True,
+    )
     motion = Harmonic(ASKED.mean_mm, ASKED.amplitude_mm, FREQUENCY_HZ, cycles)
-    return SineLook(motion, ASKED, order, cast(Controller, NoChange()), 0.0), heard, known
+    return SineCorrector(motion, ASKED, order, cast(Controller, NoChange()), 0.0), heard, known
 
 
 def judged(
@@ -224,7 +230,7 @@ def test_reached_is_the_last_full_cycle_though_its_command_went_over_in_it() -> 
 
 
 def test_a_correction_is_followed_by_the_recorded_command() -> None:
-    change = Change()
+    change = SineChange()
     assert not change.goes_over(Sine(41.0, 10.0))
     change.order(Sine(40.0, 10.2), Sine(40.1, 10.4))
     assert not change.goes_over(Sine(41.0, 10.0)), "the samples are from before"
@@ -236,7 +242,7 @@ def test_a_correction_is_followed_by_the_recorded_command() -> None:
 
 
 def test_a_correction_that_the_controller_rounds_is_over_where_it_stays() -> None:
-    change = Change()
+    change = SineChange()
     change.goes_over(Sine(41.0, 10.0))
     change.order(Sine(40.0, 10.0), Sine(40.016, 10.0))
     assert change.goes_over(Sine(41.005, 10.0))
@@ -257,7 +263,7 @@ def test_cycles_are_not_looked_for_in_what_leads_in_or_out() -> None:
 
 
 def test_what_noise_may_have_made_is_not_called_off_by_little() -> None:
-    judged = CyclesJudged(ASKED, StrokeTable())
+    judged = CycleChecks(ASKED, StrokeTable())
     judged.take(1, Sine(40.0, 10.07), 0.02, goes_over=False)
     judged.take(2, Sine(40.0, 10.07), 0.005, goes_over=False)
     judged.take(3, Sine(40.0, 10.11), 0.02, goes_over=True)

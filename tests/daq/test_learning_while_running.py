@@ -9,7 +9,7 @@ import pytest
 
 from bufferstand.daq.as_run import AS_RUN_NAME, AsRun, observed_run, read_as_run, report_rows
 from bufferstand.daq.folder import load_record
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.signals import StopLevel, StopRequest
@@ -25,7 +25,7 @@ from tests.daq.test_in_process import campaign
 
 MODEL = SAMPLES / "models" / "category-a-elastomer.toml"
 PREDICTOR = ModelPredictor(load_model(MODEL))
-PACE = RunSettings(pace=Pace(tick_s=0.1))
+PACE = RunSettings(pace=LoopPace(tick_s=0.1))
 STEP = """
 [[step]]
 kind = "harmonic"

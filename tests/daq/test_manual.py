@@ -12,19 +12,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.dead_man import LET_GO_S, DeadMan
+from bufferstand.daq.dead_man import LET_GO_S, DeadManSwitch
 from bufferstand.daq.driving import Halt
 from bufferstand.daq.guards import Action, Trip
 from bufferstand.daq.kept_zero import store_zero, stored_path, stored_zero
 from bufferstand.daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
-from bufferstand.daq.reading import Reader
+from bufferstand.daq.reading import StandReader
 from bufferstand.daq.signals import StopLevel, StopRequest
-from bufferstand.daq.stop_eyes import ForceSeen, StopEyes
+from bufferstand.daq.stop_eyes import ForceSeen, SampleObserver
 from bufferstand.daq.zero_limits import BEYOND_MM
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
 from bufferstand.drivers.port_trouble import is_held
-from bufferstand.drivers.simulated.commands import Fault
-from bufferstand.drivers.simulated.controller import Controller
+from bufferstand.drivers.simulated.commands import ControllerFault
+from bufferstand.drivers.simulated.controller import SimulatedController
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.inprocess_controller import InProcessController
 from bufferstand.drivers.stand_file import StandFile
@@ -94,7 +94,7 @@ def test_the_guard_stops_it_before_the_devices_own_limit(made: tuple[InProcessSt
     lines: list[str] = []
     halt = until_it_ends(stand, file, lines)
     assert (halt.trip.guard, halt.trip.device_fault) == ("force", False)
-    assert stand.device.controller.fault is Fault.NONE
+    assert stand.device.controller.fault is ControllerFault.NONE
     assert stand.device.controller.force_limit_kN == pytest.approx(24.0)
     assert not any("reset" in line for line in lines)
 
@@ -111,7 +111,7 @@ def test_where_the_device_was_quicker_its_fault_is_reset_at_the_end(
     assert not halt.trip.device_fault, "the limit that was set is an ordinary end"
     assert "fault 2 (force limit of the device) of the controller was reset: the specimen is" in lines[-1]
     assert lines[-2].startswith("safe stop by the controller itself")
-    assert stand.device.controller.fault is Fault.NONE
+    assert stand.device.controller.fault is ControllerFault.NONE
     assert stand.device.controller.state in (MotionState.OFF, MotionState.READY)
     assert not stand.device.controller.valve_on
     assert abs(stand.device.measured_force_kN) < 2.0
@@ -124,7 +124,7 @@ def test_another_fault_stays_for_the_next_command_to_name_and_reset(
     lines: list[str] = []
 
     def fail() -> bool:
-        stand.device.controller.fail(Fault.ACTUATOR)
+        stand.device.controller.fail(ControllerFault.ACTUATOR)
         return True
 
     with (
@@ -133,7 +133,7 @@ def test_another_fault_stays_for_the_next_command_to_name_and_reset(
     ):
         hand.jog(5.0, 1.0, fail)
     assert caught.value.trip.device_fault
-    assert stand.device.controller.fault is Fault.ACTUATOR
+    assert stand.device.controller.fault is ControllerFault.ACTUATOR
     lines.clear()
     with by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lines.append) as hand:
         assert stand.device.controller.valve_on
@@ -146,7 +146,7 @@ def test_no_fault_is_reset_with_force_on_the_specimen(
     made: tuple[InProcessStand, StandFile], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stand, file = made
-    stand.device.controller.fail(Fault.ACTUATOR)
+    stand.device.controller.fail(ControllerFault.ACTUATOR)
     monkeypatch.setattr(InProcessController, "_shown", _with_force(30.0))
     with (
         pytest.raises(
@@ -156,7 +156,7 @@ def test_no_fault_is_reset_with_force_on_the_specimen(
     ):
         pytest.fail("it was switched on")
     assert caught.value.trip.device_fault
-    assert stand.device.controller.fault is Fault.ACTUATOR
+    assert stand.device.controller.fault is ControllerFault.ACTUATOR
     stand.device.measured_force_kN = 30.0
     for switch in (
         stand.stand.controller.reset_fault,
@@ -164,14 +164,14 @@ def test_no_fault_is_reset_with_force_on_the_specimen(
     ):
         with pytest.raises(DeviceFault, match=r"fault 4 was not reset: the force is 30.0 kN, the valve off"):
             switch()
-    assert stand.device.controller.fault is Fault.ACTUATOR
+    assert stand.device.controller.fault is ControllerFault.ACTUATOR
     assert not stand.device.controller.valve_on
 
 
 def _with_force(force_kN: float) -> Callable[..., ControllerStatus]:
     shown = InProcessController._shown
 
-    def altered(self: InProcessController, controller: Controller) -> ControllerStatus:
+    def altered(self: InProcessController, controller: SimulatedController) -> ControllerStatus:
         return replace(shown(self, controller), force_kN=force_kN)
 
     return altered
@@ -199,7 +199,7 @@ def test_a_piston_far_out_may_come_back_within_wider_limits(made: tuple[InProces
         assert hand.jog(0.0, SPEED_MAX_MM_PER_S, lambda: True)
         hand.set_limits()
         assert stand.device.controller.stroke_limit_mm == pytest.approx(8.0)
-        assert stand.device.controller.fault is Fault.NONE
+        assert stand.device.controller.fault is ControllerFault.NONE
 
 
 def test_a_stop_that_was_not_seen_to_be_safe_is_a_fault_whatever_demanded_it(
@@ -207,7 +207,7 @@ def test_a_stop_that_was_not_seen_to_be_safe_is_a_fault_whatever_demanded_it(
 ) -> None:
     """As where the force reads 6 kN with nothing on it: nobody can tell."""
     stand, file = made
-    monkeypatch.setattr(StopEyes, "force", lambda _: ForceSeen(6.0, "force", tared=False))
+    monkeypatch.setattr(SampleObserver, "force", lambda _: ForceSeen(6.0, "force", tared=False))
     with (
         pytest.raises(DeviceFault, match=r"^by the operator; safe stop: .*NOT SAFE"),
         by_hand(stand.stand, file, stand.clock, LIMITS, StopRequest(), lambda _: None),
@@ -232,7 +232,7 @@ def test_ctrl_c_stops_it(made: tuple[InProcessStand, StandFile]) -> None:
 
 def test_a_key_counts_as_held_only_while_it_is_repeated() -> None:
     now_s = 100.0
-    dead_man = DeadMan(lambda: now_s)
+    dead_man = DeadManSwitch(lambda: now_s)
     assert not dead_man.held()
     dead_man.press("m")
     now_s += 0.9 * LET_GO_S
@@ -255,7 +255,7 @@ def test_readings_are_means_and_noise_in_counts_and_units(made: tuple[InProcessS
     stand.stand.controller.connect()
     one = ChannelZero(name="stroke_1", unit="mm", value=0.5, u=0.01)
     zero = Zero(how="tare", found=datetime.now(UTC), channel=(one,))
-    readings = {one.name: one for one in Reader(stand.stand, stand.clock).read(2.0, zero)}
+    readings = {one.name: one for one in StandReader(stand.stand, stand.clock).read(2.0, zero)}
     force = readings["force"]
     assert force.samples > 1500
     assert force.value == pytest.approx(0.0, abs=0.02)
@@ -290,7 +290,7 @@ def test_what_another_program_holds_is_named_and_the_rest_is_read(
 ) -> None:
     stand, _ = made
     sensors = [HeldSensor(one) if one.facts.name == "amplifier" else one for one in stand.stand.sensors]
-    reader = Reader(replace(stand.stand, sensors=tuple(sensors)), stand.clock)
+    reader = StandReader(replace(stand.stand, sensors=tuple(sensors)), stand.clock)
     (unopened,) = reader.begin()
     assert is_held(unopened)
     readings = {one.name: one for one in reader.read(2.0)}

@@ -14,11 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.ride_out import RideOut
+from bufferstand.daq.ride_out import OutageHandler
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.delivery import FEED_S
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState
-from bufferstand.drivers.leeway import RESERVE_S, Leeway
+from bufferstand.drivers.leeway import RESERVE_S, OutageLimit
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
@@ -48,7 +48,7 @@ WATCHDOG_S = 2.0
 TIMEOUT_S = 0.5
 ENDS_S = 13.0
 """The campaign is over by then."""
-SURE_S = Leeway(WATCHDOG_S, 2.0, ring=True).longest_s(TIMEOUT_S)
+SURE_S = OutageLimit(WATCHDOG_S, 2.0, ring=True).longest_s(TIMEOUT_S)
 
 
 @dataclass
@@ -253,9 +253,9 @@ def outage(
     waits: bool = False,
     ask_anew: Callable[[], str] = lambda: "",
     for_s: float = 0.9,
-) -> tuple[Trip, Reached, RideOut]:
+) -> tuple[Trip, Reached, OutageHandler]:
     """Come back from an outage that began at 100 s of the wall."""
-    rides = RideOut(Leeway(2.0, 2.0, ring=True), lambda: writer, ask_anew, lambda: 1.0e9)
+    rides = OutageHandler(OutageLimit(2.0, 2.0, ring=True), lambda: writer, ask_anew, lambda: 1.0e9)
     reached = Reached(after)
     with rides.while_waiting() if waits else nullcontext():
         rides.begin(100.0, 100.5, before, reached, commanding=commanding)
@@ -303,10 +303,10 @@ def test_a_motion_that_ended_meanwhile_or_that_was_being_commanded_fits() -> Non
 def test_what_is_promised_is_within_watchdog_and_silence(
     watchdog_s: float, silence_s: float, timeout_s: float
 ) -> None:
-    longest_s = Leeway(watchdog_s, silence_s, ring=True).longest_s(timeout_s)
+    longest_s = OutageLimit(watchdog_s, silence_s, ring=True).longest_s(timeout_s)
     assert longest_s >= 0.0
     assert longest_s == 0.0 or longest_s <= min(watchdog_s - FEED_S, silence_s) - RESERVE_S
-    assert Leeway(watchdog_s, silence_s, ring=False).longest_s(timeout_s) == 0.0
+    assert OutageLimit(watchdog_s, silence_s, ring=False).longest_s(timeout_s) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -321,7 +321,7 @@ def test_what_is_promised_is_within_watchdog_and_silence(
     ],
 )
 def test_when_an_outage_is_given_up(fed_s: float | None, wall_s: float, ring: bool, said: str) -> None:
-    rides = RideOut(Leeway(2.0, 2.0, ring=ring), lambda: 0, lambda: "", lambda: 0.0)
+    rides = OutageHandler(OutageLimit(2.0, 2.0, ring=ring), lambda: 0, lambda: "", lambda: 0.0)
     rides.begin(100.0, 100.2, STATUS, Reached(), commanding=False)
     why = rides.over(100.0, fed_s, wall_s)
     assert said in why if said else why == ""
@@ -382,7 +382,7 @@ def test_a_stand_that_somebody_else_uses_by_then_is_left_to_him(tmp_path: Path) 
 
 
 def test_with_the_valve_off_a_quarter_of_an_hour_is_waited_and_no_longer() -> None:
-    rides = RideOut(Leeway(2.0, 2.0, ring=False), lambda: 0, lambda: "", lambda: 0.0)
+    rides = OutageHandler(OutageLimit(2.0, 2.0, ring=False), lambda: 0, lambda: "", lambda: 0.0)
     off = replace(STATUS, state=MotionState.OFF)
     with rides.while_waiting():
         rides.begin(100.0, 101.0, off, Reached(), commanding=False)

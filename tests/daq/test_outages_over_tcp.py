@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.metadata import CampaignFacts
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.metadata import CampaignMetadata
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.connect import build_controller, build_sensors
 from bufferstand.drivers.interfaces import MotionState, Stand
@@ -43,7 +43,7 @@ class Breaking(Lines):
         self.thread = threading.Thread(target=self._break)
         self.thread.start()
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         if progress.phase in ("ramp", "motion"):
             self._began.set()
 
@@ -83,7 +83,7 @@ def run_over(
                 stand,
                 clock,
                 folder / "out",
-                CampaignFacts(file.model_dump(mode="json"), WATCHDOG_S),
+                CampaignMetadata(file.model_dump(mode="json"), WATCHDOG_S),
                 progress=shown,
             )
         finally:

@@ -8,8 +8,8 @@ import pytest
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.facts import WiringGuard
 from bufferstand.daq.wiring.piston import PistonJudge
-from bufferstand.daq.wiring.points import Points
-from bufferstand.daq.wiring.scene import Scene
+from bufferstand.daq.wiring.points import SamplePoints
+from bufferstand.daq.wiring.scene import RecentState
 
 TIME = np.arange(0.0, 4.0, 0.001)
 TOLD = np.interp(TIME, [0.0, 2.0, 3.0, 4.0], [0.0, 0.0, 20.0, 20.0])
@@ -19,14 +19,16 @@ STANDS = np.interp(TIME, [0.0, 2.0, 2.62, 2.9, 3.0, 4.0], [0.0, 0.0, 0.2, 12.6, 
 
 def doubts(position: np.ndarray) -> list[str]:
     """Return what is said of a position until the motion ends."""
-    points, judge, guard = Points({}), PistonJudge(), WiringGuard()
+    points, judge, guard = SamplePoints({}), PistonJudge(), WiringGuard()
     found = []
     for first in range(0, 2950, 50):
         rows = slice(first, first + 50)
         time_us = np.rint(TIME[rows] * 1e6).astype(np.int64)
         values = {"command": TOLD[rows], "position": position[rows]}
         points.take(ScaledBlock("controller", first, time_us, values, 0, float(TIME[rows][-1])))
-        doubt = judge._slope(Scene(points, guard, True, None, None), 1, 2)  # the place has a judge of its own
+        doubt = judge._slope(
+            RecentState(points, guard, True, None, None), 1, 2
+        )  # the place has a judge of its own
         found += [] if doubt is None else [doubt.kind]
     return found
 

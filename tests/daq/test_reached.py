@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from bufferstand.daq.begun import Begun, begun
+from bufferstand.daq.begun import CampaignStart, begun
 from bufferstand.daq.folder import CampaignFolder, load_record
 from bufferstand.daq.reached import OWN_WORD, REAL, STARTED, WAITS, how_reached
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
@@ -132,7 +132,7 @@ def test_the_controller_of_a_simulated_stand_may_be_another(tmp_path: Path) -> N
 # --- folders of earlier versions ---------------------------------------------------------------------
 
 
-def older(case: Case, *, arming: dict[str, str] | None) -> Begun:
+def older(case: Case, *, arming: dict[str, str] | None) -> CampaignStart:
     """Return how a campaign was begun of whose folder an earlier version wrote ``campaign.json``."""
     path = case.out / "campaign.json"
     content = json.loads(path.read_text())

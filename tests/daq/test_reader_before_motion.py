@@ -10,7 +10,7 @@ from benchmarks.runaway_causes import Stiff
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.channel_guard import ChannelGuard
 from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.driving import Driver, Halt
+from bufferstand.daq.driving import Halt, MotionRunner
 from bufferstand.daq.guards import Action
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.signals import StopRequest
@@ -40,7 +40,7 @@ class Bench:
         self.guards = GuardSet((), (), ControllerGuard(5.0, 5.0, 1000.0))
         self.panel = GuardPanel(self.guards, wall_s=self.clock.wall_s())
         self.acquisition = Acquisition(stand, self.clock, self.panel)
-        self.driver = Driver(self.acquisition, StopRequest(), self.acquisition.tick)
+        self.driver = MotionRunner(self.acquisition, StopRequest(), self.acquisition.tick)
         self.ages_s: list[float] = []
         self.controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
 

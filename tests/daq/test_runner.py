@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bufferstand.daq.folder import load_record
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.signals import StopLevel, StopRequest
@@ -537,7 +537,7 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
 
 def test_progress_says_where_it_is_at_most_ten_times_a_second(tmp_path: Path) -> None:
     case = Case(tmp_path, HARMONIC + STATIC)
-    case.run(settings=RunSettings(pace=Pace(tick_s=0.01)))
+    case.run(settings=RunSettings(pace=LoopPace(tick_s=0.01)))
     shown = case.shown.snapshots
     assert len(shown) <= case.clock.wall_s() * 10 + 2
     assert {snapshot.phase for snapshot in shown} >= {"start", "ramp", "motion", "release", "done"}

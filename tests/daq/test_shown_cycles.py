@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.daq.runner import run_campaign
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState
 from bufferstand.drivers.simulated.inprocess import open_in_process
@@ -36,9 +36,9 @@ class Snapshots(Lines):
 
     def __init__(self) -> None:
         super().__init__()
-        self.all: list[Progress] = []
+        self.all: list[CampaignProgress] = []
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         self.all.append(progress)
 
 

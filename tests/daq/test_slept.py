@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bufferstand.daq.progress import Progress
+from bufferstand.daq.progress import CampaignProgress
 from bufferstand.drivers.interfaces import MotionState, NotInCharge
 from bufferstand.drivers.profile import load_profile
 from bufferstand.drivers.simulated.inprocess import open_in_process
@@ -34,7 +34,7 @@ class Drowsy(Lines):
         self._due, self._sleep = due, sleep
         self.slept = False
 
-    def update(self, progress: Progress) -> None:
+    def update(self, progress: CampaignProgress) -> None:
         super().update(progress)
         self.fall_asleep()
 

@@ -9,7 +9,7 @@ import pytest
 
 from bufferstand.daq.as_run import AsRun, read_as_run
 from bufferstand.daq.folder import load_record
-from bufferstand.daq.pace import Pace
+from bufferstand.daq.pace import LoopPace
 from bufferstand.daq.run_settings import RunSettings
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.signals import StopLevel, StopRequest
@@ -21,7 +21,7 @@ from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 
-PACE = RunSettings(pace=Pace(tick_s=0.1))
+PACE = RunSettings(pace=LoopPace(tick_s=0.1))
 PREDICTOR = ModelPredictor(load_model(SAMPLES / "models" / "category-a-elastomer.toml"))
 BAND = "start_temperature_C = [15.0, 25.0]\n"
 

@@ -11,7 +11,7 @@ import pytest
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.static_watch import MOST_POINTS, SlowStroke, StaticWatch
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.protocols.steps import StaticCycles, Turns
+from bufferstand.protocols.steps import ExpectedTurns, StaticCycles
 
 GIVE = 1.0 / 105.0
 RATE_HZ = 1000.0
@@ -86,11 +86,11 @@ def test_what_one_slow_stroke_taught_is_known_of_give_loop_and_spring() -> None:
     known = StrokeKnowledge(1.0 / 150.0)
     seen = Slow().seen()
     top_mm = float(seen.loading_mm[-1])
-    expected = Turns(0.0, 50.0, 0.0, seen.loading_force_kN(50.0) / 0.9, 0.0, 52.0)
+    expected = ExpectedTurns(0.0, 50.0, 0.0, seen.loading_force_kN(50.0) / 0.9, 0.0, 52.0)
     assert known.take_slow(seen, expected) == []
     assert known.give_mm_per_kN == pytest.approx(GIVE, rel=0.01)
     assert known.forces(0.0, 50.0, expected)[1] == pytest.approx(0.9 * expected.upper_kN, rel=0.01)
-    assert known.forces(30.0, 50.0, Turns(30.0, 50.0, 100.0, 200.0, 31.0, 52.0))[0] == pytest.approx(
+    assert known.forces(30.0, 50.0, ExpectedTurns(30.0, 50.0, 100.0, 200.0, 31.0, 52.0))[0] == pytest.approx(
         90.0, rel=0.01
     )
     # 1/H(f) = 1 − (f/f₀)² + i 2π f τ with a damping of 0.8

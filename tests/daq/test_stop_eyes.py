@@ -15,7 +15,7 @@ from bufferstand.daq.controller_guard import ControllerGuard
 from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, StopEyes
+from bufferstand.daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, SampleObserver
 from bufferstand.drivers.interfaces import ControllerStatus, Stand
 from bufferstand.foundation.motions import ControllerMotion, RampTo, StandStill
 from bufferstand.foundation.zero import ChannelZero, Zero
@@ -24,11 +24,11 @@ from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
 KN_PER_MM = 20.0
 
 
-def eyes_on(clock: FakeClock, stand: Stand) -> tuple[StopEyes, Acquisition]:
+def eyes_on(clock: FakeClock, stand: Stand) -> tuple[SampleObserver, Acquisition]:
     acquisition = Acquisition(
         stand, clock, GuardPanel(GuardSet((), (), ControllerGuard(5.0, 5.0, 1000.0)), wall_s=0.0)
     )
-    return StopEyes(acquisition, 600.0), acquisition
+    return SampleObserver(acquisition, 600.0), acquisition
 
 
 def seen(

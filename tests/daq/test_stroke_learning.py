@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.sine_watch import CycleSeen, Period, SineWatch
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_steps import Bounds, corrected, within_force
+from bufferstand.daq.stroke_steps import StrokeBounds, corrected, within_force
 from bufferstand.protocols.commanded import Sine, piston_sine
-from bufferstand.protocols.steps import Turns
+from bufferstand.protocols.steps import ExpectedTurns
 
 RATE_HZ = 1000.0
-WIDE = Bounds(250.0, 250.0, 1e6, 1e6)
+WIDE = StrokeBounds(250.0, 250.0, 1e6, 1e6)
 
 
 @dataclass(frozen=True)
@@ -65,16 +65,18 @@ class LinearStand:
         assert found is not None
         return found
 
-    def expected(self, asked: Sine, factor: float = 1.0) -> Turns:
+    def expected(self, asked: Sine, factor: float = 1.0) -> ExpectedTurns:
         """The forces of a model that is wrong by a factor."""
         low, high = (
             (self.preload_kN + self.spring_kN_per_mm * one) / factor
             for one in (asked.lower_mm, asked.upper_mm)
         )
-        return Turns(asked.lower_mm, asked.upper_mm, low, high, asked.lower_mm, asked.upper_mm)
+        return ExpectedTurns(asked.lower_mm, asked.upper_mm, low, high, asked.lower_mm, asked.upper_mm)
 
 
-def commanded(known: StrokeKnowledge, asked: Sine, frequency_Hz: float, expected: Turns | None) -> Sine:
+def commanded(
+    known: StrokeKnowledge, asked: Sine, frequency_Hz: float, expected: ExpectedTurns | None
+) -> Sine:
     lower_kN, upper_kN = known.forces(asked.lower_mm, asked.upper_mm, expected)
     piston = piston_sine(asked, lower_kN, upper_kN, known.give_mm_per_kN)
     return Sine(piston.mean_mm + known.offset_mm, piston.amplitude_mm / known.gain(frequency_Hz))
@@ -211,7 +213,7 @@ def test_a_correction_is_small_and_leads_beyond_no_limit(
         LinearStand().cycle(Sine(50.0, 20.0), 1.0),
         stroke=stroke, lower_kN=20.0, upper_kN=300.0, top_kN_per_mm=top,
     )  # fmt: skip
-    bounds = Bounds(250.0, stroke.upper_mm + room[0], 300.0 + room[1], 800.0)
+    bounds = StrokeBounds(250.0, stroke.upper_mm + room[0], 300.0 + room[1], 800.0)
     command = Sine(asked.mean_mm + 3.0, asked.amplitude_mm + 1.0)
     new, _ = corrected(asked, command, seen, gain, 0.01, bounds)
     mean, amplitude = new.mean_mm - command.mean_mm, new.amplitude_mm - command.amplitude_mm

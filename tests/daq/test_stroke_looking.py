@@ -11,11 +11,11 @@ import pytest
 
 from bufferstand.daq.cycles_judged import is_off
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.stroke_agreement import Once, Terms
+from bufferstand.daq.stroke_agreement import StrokeCommandSettings, WarnOnce
 from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_looking import Order, SineLook
+from bufferstand.daq.stroke_looking import MotionOrder, SineCorrector
 from bufferstand.daq.stroke_rows import spans
-from bufferstand.daq.stroke_steps import Bounds, corrected
+from bufferstand.daq.stroke_steps import StrokeBounds, corrected
 from bufferstand.drivers.interfaces import Controller
 from bufferstand.protocols.commanded import Sine
 from bufferstand.protocols.steps import Harmonic
@@ -55,7 +55,7 @@ class Bench:
         self.command = Sine(mean_mm, amplitude_mm)
         self.told.append(self.command)
 
-    def run(self, look: SineLook, frequency_Hz: float, cycles: int) -> None:
+    def run(self, look: SineCorrector, frequency_Hz: float, cycles: int) -> None:
         random = np.random.default_rng(7)
         for first in range(0, round(cycles * 1000.0 / frequency_Hz), BLOCK):
             time = (first + np.arange(BLOCK)) / 1000.0
@@ -77,13 +77,13 @@ class Bench:
 
 
 def looked(
-    bench: Bench, frequency_Hz: float, bounds: Bounds = WIDE, cycles: int = 12
-) -> tuple[SineLook, Heard]:
+    bench: Bench, frequency_Hz: float, bounds: StrokeBounds = WIDE, cycles: int = 12
+) -> tuple[SineCorrector, Heard]:
     heard = Heard()
-    terms = Terms(StrokeTable(), StrokeKnowledge(1.0 / 105.0), bounds, {})
-    order = Order(terms, heard, Once(heard), lambda _: None, compensates=True)
+    terms = StrokeCommandSettings(StrokeTable(), StrokeKnowledge(1.0 / 105.0), bounds, {})
+    order = MotionOrder(terms, heard, WarnOnce(heard), lambda _: None, compensates=True)
     motion = Harmonic(40.0, 10.0, frequency_Hz, cycles)
-    look = SineLook(motion, bench.command, order, cast(Controller, bench), 0.0)
+    look = SineCorrector(motion, bench.command, order, cast(Controller, bench), 0.0)
     bench.run(look, frequency_Hz, cycles)
     return look, heard
 
@@ -117,13 +117,13 @@ def test_a_piston_that_is_late_is_judged_when_its_turn_is_whole() -> None:
 @pytest.mark.parametrize(
     ("bounds", "why"),
     [
-        (Bounds(250.0, 250.0, 250.0, 1e6), "cannot be reached: force_max_kN = 250"),
-        (Bounds(250.0, 49.0, 1e6, 1e6), "cannot be reached: stroke_max_mm = 49"),
-        (Bounds(250.0, 250.0, 1e6, 62.0), "cannot be reached: speed of the piston, at most 62 mm/s"),
-        (Bounds(50.2, 250.0, 1e6, 1e6), "cannot be reached: travel of the piston, to 50.20 mm from"),
+        (StrokeBounds(250.0, 250.0, 250.0, 1e6), "cannot be reached: force_max_kN = 250"),
+        (StrokeBounds(250.0, 49.0, 1e6, 1e6), "cannot be reached: stroke_max_mm = 49"),
+        (StrokeBounds(250.0, 250.0, 1e6, 62.0), "cannot be reached: speed of the piston, at most 62 mm/s"),
+        (StrokeBounds(50.2, 250.0, 1e6, 1e6), "cannot be reached: travel of the piston, to 50.20 mm from"),
     ],
 )
-def test_what_a_limit_leaves_out_of_reach_is_said(bounds: Bounds, why: str) -> None:
+def test_what_a_limit_leaves_out_of_reach_is_said(bounds: StrokeBounds, why: str) -> None:
     bench = Bench(LinearStand())
     look, heard = looked(bench, 1.0, bounds)
     assert [text for text in heard.warnings if why in text] != []
@@ -136,17 +136,29 @@ def test_what_a_limit_leaves_out_of_reach_is_said(bounds: Bounds, why: str) -> N
 @pytest.mark.parametrize(
     ("bounds", "piston", "most_mm", "what"),
     [
-        (Bounds(120.0, 100.0, 600.0, 1000.0), Sine(20.47, 20.6), 20.47, "contact: the piston's amplitude is"),
-        (Bounds(120.0, 100.0, 600.0, 1000.0), Sine(100.0, 21.0), 20.0, "travel of the piston, to 120.00 mm"),
         (
-            Bounds(120.0, 100.0, 600.0, 100.0),
+            StrokeBounds(120.0, 100.0, 600.0, 1000.0),
+            Sine(20.47, 20.6),
+            20.47,
+            "contact: the piston's amplitude is",
+        ),
+        (
+            StrokeBounds(120.0, 100.0, 600.0, 1000.0),
+            Sine(100.0, 21.0),
+            20.0,
+            "travel of the piston, to 120.00 mm",
+        ),
+        (
+            StrokeBounds(120.0, 100.0, 600.0, 100.0),
             Sine(60.0, 21.0),
             15.915,
             "speed of the piston, at most 100 mm/s",
         ),
     ],
 )
-def test_the_one_limit_that_holds_is_named(bounds: Bounds, piston: Sine, most_mm: float, what: str) -> None:
+def test_the_one_limit_that_holds_is_named(
+    bounds: StrokeBounds, piston: Sine, most_mm: float, what: str
+) -> None:
     assert bounds.kept(piston, 1.0).amplitude_mm == pytest.approx(most_mm, abs=0.001)
     assert bounds.holding(piston, 1.0).startswith(what)
 

@@ -9,14 +9,14 @@ import pytest
 
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.static_watch import RampWatch
-from bufferstand.daq.stroke_loop import Loop, fitted_loop
+from bufferstand.daq.stroke_loop import PositionLoop, fitted_loop
 
 
-def actuator(natural_Hz: float, servo_s: float, damping: float = 0.8) -> Loop:
-    return Loop(1.0, natural_Hz**-2, 2.0 * damping / natural_Hz, 2.0 * math.pi * servo_s)
+def actuator(natural_Hz: float, servo_s: float, damping: float = 0.8) -> PositionLoop:
+    return PositionLoop(1.0, natural_Hz**-2, 2.0 * damping / natural_Hz, 2.0 * math.pi * servo_s)
 
 
-def slow_lag_s(loop: Loop) -> float:
+def slow_lag_s(loop: PositionLoop) -> float:
     return (loop.lag + loop.servo) / (2.0 * math.pi)
 
 

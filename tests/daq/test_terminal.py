@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from bufferstand.daq.progress import Part, Progress, Silent, Throttle
+from bufferstand.daq.progress import CampaignProgress, Part, SilentSink, Throttle
 from bufferstand.daq.terminal import duration, panel, progress_on, temperatures
 from tests.daq.cases import Lines
 
-NOW = Progress(
+NOW = CampaignProgress(
     step=3, steps=12, name="50 ± 10 mm, 1.27 Hz", phase="motion", cycle=2, cycles=5, force_kN=123.46,
     stroke_mm=55.125, temperatures_C={"temperature_2": 30.94, "temperature_1": 31.2},
     temperature_limit_C=40.0, elapsed_s=125.0, remaining_s=3723.0, lost=7, written=1000, durable=900,
@@ -20,7 +20,7 @@ NOW = Progress(
 )  # fmt: skip
 
 
-def shown(progress: Progress, width: int = 120) -> str:
+def shown(progress: CampaignProgress, width: int = 120) -> str:
     stream = io.StringIO()
     Console(file=stream, width=width).print(panel(progress))
     return stream.getvalue()
@@ -106,5 +106,5 @@ def test_the_throttle_lets_ten_a_second_through_and_makes_no_others() -> None:
 
 
 def test_silent_shows_nothing() -> None:
-    Silent().update(NOW)
-    Silent().message("x")
+    SilentSink().update(NOW)
+    SilentSink().message("x")

@@ -11,7 +11,7 @@ import pytest
 from bufferstand.daq.wiring.doubt import channel_setting
 from bufferstand.daq.wiring.exchanged import exchanged
 from bufferstand.daq.wiring.misled import misled
-from bufferstand.daq.wiring.stretch import Stretch
+from bufferstand.daq.wiring.stretch import SampleStretch
 from bufferstand.daq.wiring.touch import scatter_doubt
 from bufferstand.recording.runfile import open_run
 from tests.daq.touch_stands import HELD, KINDS, Kind, Ran, alarms, run_stand, wrong
@@ -92,7 +92,7 @@ WAY = np.interp(TIME, [0.0, 1.0, 4.0], [0.0, 0.0, 1.5])
 PUSHED = 120.0 * np.maximum(WAY - 1.45, 0.0)
 
 
-def stretch(**values: np.ndarray) -> Stretch:
+def stretch(**values: np.ndarray) -> SampleStretch:
     """Return a creep to 6 kN at 0.5 mm/s, of a stiff specimen, with some channels replaced."""
     random = np.random.default_rng(3)
     still = 0.01 * random.standard_normal(TIME.size)
@@ -100,7 +100,7 @@ def stretch(**values: np.ndarray) -> Stretch:
         "command": WAY, "position": WAY + 0.005 * random.standard_normal(TIME.size),
         "stroke_1": still, "stroke_2": still[::-1], "force": PUSHED + still,
     }  # fmt: skip
-    return Stretch(TIME, {**right, **values})
+    return SampleStretch(TIME, {**right, **values})
 
 
 def test_a_wire_that_slips_is_not_taken_for_a_force_nor_a_right_force_for_a_wire() -> None:

@@ -14,7 +14,7 @@ from bufferstand.daq.as_run import AsRun, read_as_run
 from bufferstand.daq.folder import load_record
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.sensor_drift import Lag, SensorDrift
+from bufferstand.daq.sensor_drift import SensorLag, SensorTrends
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.specimen import load_specimen
@@ -184,8 +184,8 @@ def test_a_rest_tells_lag_and_cooling() -> None:
     true_C = spring + 0.03 * 25.0 + (71.0 - 75.0 - 0.03 * 25.0) * np.exp(-time_s / 25.0)
     readings = np.round((true_C + 0.03 * random.standard_normal(90)) * 16.0) / 16.0
     last: dict[str, float] = {}
-    drift = SensorDrift(lambda: last, frozenset({"t"}))
-    believed = Lag(60.0, 60.0)
+    drift = SensorTrends(lambda: last, frozenset({"t"}))
+    believed = SensorLag(60.0, 60.0)
     for at_s, value_C in zip(time_s, readings, strict=True):
         last["t"] = float(value_C)
         stamp = np.array([round(at_s * 1e6)])
@@ -202,13 +202,13 @@ def test_a_rest_tells_lag_and_cooling() -> None:
 
 def test_readings_that_only_rise_are_the_lag_and_no_cooling() -> None:
     last: dict[str, float] = {}
-    drift = SensorDrift(lambda: last, frozenset({"t"}))
+    drift = SensorTrends(lambda: last, frozenset({"t"}))
     for at_s in np.arange(0.0, 40.0):
         last["t"] = 30.0 - 2.0 * float(np.exp(-at_s / 60.0))
         drift.take(ScaledBlock("t", 0, np.array([round(at_s * 1e6)]), {"t": np.array([0.0])}, 0, at_s))
         if at_s == 0.0:
             drift.begin_rest()
-    found = drift.learn(Lag(20.0, 20.0))
+    found = drift.learn(SensorLag(20.0, 20.0))
     assert found.cooling_K_per_s == 0.0
     assert found.most_s > 20.0
 

@@ -12,8 +12,8 @@ import pytest
 
 from bufferstand.daq.guards import Action
 from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.stretch import Stretch
-from bufferstand.daq.wiring.touch import Touch, doubt_of_touch
+from bufferstand.daq.wiring.stretch import SampleStretch
+from bufferstand.daq.wiring.touch import TouchOutcome, doubt_of_touch
 from bufferstand.foundation.likeness import likeness
 from bufferstand.recording.runfile import open_run
 from tests.daq.miswiring import UNTOUCHED, Misread, run_miswired
@@ -188,8 +188,10 @@ def touch(
 )
 def test_a_touch_shows_sign_scale_and_delay_of_the_force(how: dict[str, float], kind: str | None) -> None:
     time, force, place = touch(**how)
-    stretch = Stretch(time, {"force": force, "position": place})
-    doubt = doubt_of_touch(Touch(stretch, 1.2, turned=True, own_kN=0.0), WiringGuard(frame_kN_per_mm=150.0))
+    stretch = SampleStretch(time, {"force": force, "position": place})
+    doubt = doubt_of_touch(
+        TouchOutcome(stretch, 1.2, turned=True, own_kN=0.0), WiringGuard(frame_kN_per_mm=150.0)
+    )
     assert (None if doubt is None else doubt.kind) == kind
 
 

@@ -15,7 +15,7 @@ from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.facts import WiringGuard
 from bufferstand.daq.wiring.leapt_force import leapt
-from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch
 from bufferstand.daq.wiring_guard import SignalsGuard
 from bufferstand.drivers.interfaces import EndReason, MotionState
 from tests.daq.test_guard_table import STATUS, panel
@@ -28,7 +28,7 @@ FORCE_LIMIT = replace(
 )
 
 
-def pressed(by: float = 10.0, speed_mm_per_s: float = 5.0, second: bool = True) -> Stretch:
+def pressed(by: float = 10.0, speed_mm_per_s: float = 5.0, second: bool = True) -> SampleStretch:
     """Return a slow stroke up to just behind a moment from which on the force is multiplied."""
     signals = signals_of(Case(static_mm_per_s=speed_mm_per_s, second=second))
     rows = signals.time_s < LEAPS_S + SEEN_S
@@ -37,7 +37,7 @@ def pressed(by: float = 10.0, speed_mm_per_s: float = 5.0, second: bool = True) 
     values["force"] = np.where(time_s < LEAPS_S, 1.0, by) * values["force"]
     beside = signals.second_s < LEAPS_S + SEEN_S
     none = np.empty(0)
-    return Stretch(
+    return SampleStretch(
         time_s,
         values,
         *((signals.second_s[beside], signals.second_kN[beside]) if second else (none, none)),
@@ -54,11 +54,11 @@ def test_a_force_that_leaps_by_more_than_the_machine_allows_is_doubted_alone(by:
     assert "machine's own stiffness" in doubt.text
 
 
-def of_force(force: Floats, way: Floats) -> Stretch:
+def of_force(force: Floats, way: Floats) -> SampleStretch:
     random = np.random.default_rng(2)
     time_s = np.arange(len(way)) / RATE_HZ
     noise = 0.01 * random.standard_normal(len(way))
-    return Stretch(time_s, {"command": way, "position": way + noise, "force": force + 10.0 * noise})
+    return SampleStretch(time_s, {"command": way, "position": way + noise, "force": force + 10.0 * noise})
 
 
 @pytest.mark.parametrize("speed_mm_per_s", [1.0, 25.0, 160.0])
@@ -76,7 +76,7 @@ def test_a_specimen_that_blocks_or_breaks_leaps_by_no_more(
     assert leapt(GUARD, of_force(broken, way)) is None
 
 
-def tripped(stretch: Stretch, action: Action = Action.STOP) -> GuardPanel:
+def tripped(stretch: SampleStretch, action: Action = Action.STOP) -> GuardPanel:
     """Return a panel that has seen a stretch, and then a limit of the device's own."""
     own = panel()
     others = (one for one in own.guards if not isinstance(one, ChannelGuard | FrozenGuard))

@@ -7,9 +7,9 @@ import pytest
 
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.daq.wiring.forces import JUMPED
-from bufferstand.daq.wiring.parted import Jump
+from bufferstand.daq.wiring.parted import ChannelJump
 from bufferstand.daq.wiring.rests import REST_S, Rests
-from bufferstand.daq.wiring.track import Track
+from bufferstand.daq.wiring.track import ForceTrack
 from bufferstand.daq.wiring.two_at_rest import APART_KN, APART_SHARE
 from tests.daq.wiring_later import rough_alarms
 
@@ -23,11 +23,11 @@ def _force_kN(time_s: np.ndarray) -> np.ndarray:  # noqa: N802 - the unit keeps 
     return np.asarray(shape * held_kN)
 
 
-def _left(late_s: float, name: str, by_kN: float, from_s: float) -> tuple[Jump | None, float]:
+def _left(late_s: float, name: str, by_kN: float, from_s: float) -> tuple[ChannelJump | None, float]:
     """Return the first jump that is told of two forces, the second one stamped late, and when."""
     random, time_s = np.random.default_rng(3), np.arange(0.0, 30.0, 1.0 / HZ)
     true_kN = _force_kN(time_s) + np.where(time_s >= from_s, by_kN, 0.0)
-    tracks = {one: Track(one) for one in ("force", "force_2")}
+    tracks = {one: ForceTrack(one) for one in ("force", "force_2")}
     rests, rows = Rests(), 25
     for row in range(0, len(time_s), rows):
         now = slice(row, row + rows)

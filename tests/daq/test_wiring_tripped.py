@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.wiring.doubt import Doubt
+from bufferstand.daq.wiring.doubt import SignalDoubt
 from bufferstand.daq.wiring.facts import ForceCurve, WiringGuard
-from bufferstand.daq.wiring.stretch import Floats, Stretch
+from bufferstand.daq.wiring.stretch import Floats, SampleStretch
 from bufferstand.daq.wiring.tripped import tripped_by
 from tests.daq.wiring_bench import Case, judge, scaled, signals_of
 
@@ -36,14 +36,16 @@ def right() -> dict[str, Floats]:
     }
 
 
-def asked(guard: str, values: Mapping[str, Floats], until: int, second: Floats | None = None) -> Doubt | None:
+def asked(
+    guard: str, values: Mapping[str, Floats], until: int, second: Floats | None = None
+) -> SignalDoubt | None:
     rows = slice(0, until)
     own = {name: value[rows] for name, value in values.items()}
     behind = until - round(SECOND_BEHIND_S * RATE_HZ)
     beside = (TIME[:0], TIME[:0]) if second is None else (TIME[:behind], second[:behind])
     value = float(own["force"][-1]) if guard == "force" else float(own["stroke_1"][-1] - own["stroke_2"][-1])
     trip = Trip(guard, Action.STOP, "it exceeds its limit", 1.0, value=value)
-    return tripped_by(GUARD, trip, Stretch(TIME[rows], own, *beside), {}, None)
+    return tripped_by(GUARD, trip, SampleStretch(TIME[rows], own, *beside), {}, None)
 
 
 def until_apart(values: Mapping[str, Floats], mm: float = 5.0) -> int:

@@ -12,14 +12,14 @@ import pytest
 
 from bufferstand.daq.folder import load_record
 from bufferstand.daq.kept_zero import ZERO_NAME, kept_zero
-from bufferstand.daq.metadata import CampaignFacts
+from bufferstand.daq.metadata import CampaignMetadata
 from bufferstand.daq.runner import CampaignOutcome, run_campaign
 from bufferstand.daq.touch_peak import met_peak_kN, turned_peak_kN
 from bufferstand.drivers.interfaces import EndReason, MotionState
-from bufferstand.drivers.simulated.commands import Fault
+from bufferstand.drivers.simulated.commands import ControllerFault
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.motions import Release as SimulatedRelease
+from bufferstand.drivers.simulated.motions import ReleaseMotion as SimulatedRelease
 from bufferstand.evaluation.api import evaluate
 from bufferstand.evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
 from bufferstand.foundation.zero import Zero
@@ -82,7 +82,7 @@ def start(
     for fault in faults:
         opened.device.faults.add(fault)
     known = facts_of(stand_file)
-    facts = CampaignFacts(known.stand, known.watchdog_s, stored_zero=stored)
+    facts = CampaignMetadata(known.stand, known.watchdog_s, stored_zero=stored)
     outcome = run_campaign(
         plan, opened.stand, opened.clock, folder / "out", facts, progress=shown, settings=COARSE
     )
@@ -279,7 +279,7 @@ def test_a_piston_that_stands_far_out_comes_back_first_and_that_is_said(tmp_path
     assert any(re.search(way, line) for line in shown.lines)
     assert "no contact within 2 mm" in outcome.reason, "the specimen is far away, and that is all there is"
     assert outcome.exit_status == 3
-    assert opened.device.controller.fault is Fault.NONE
+    assert opened.device.controller.fault is ControllerFault.NONE
     assert opened.device.actuator.position_mm == pytest.approx(0.0, abs=0.2)
     assert opened.device.controller.stroke_limit_mm < 40.0, "the limit follows"
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation.specimen import SpecimenFile
-from bufferstand.foundation.within import Key, numeric_keys
+from bufferstand.foundation.within import NumericKey, numeric_keys
 from bufferstand.protocols.campaign import CampaignFile
 from bufferstand.protocols.guard_bounds import RELATIVE
 
@@ -35,7 +35,7 @@ def text_of(value: float) -> str:
     return f"{value:g}".replace("-", "−")
 
 
-def rows(keys: tuple[Key, ...]) -> Iterator[str]:
+def rows(keys: tuple[NumericKey, ...]) -> Iterator[str]:
     """Yield one row for each key, kinds of steps with the same bounds together."""
     relative = {(rule.table, rule.key) for rule in RELATIVE}
     seen: dict[tuple[str, float, float, str], list[str]] = {}
@@ -53,7 +53,7 @@ def rows(keys: tuple[Key, ...]) -> Iterator[str]:
         yield f"| `{name}`{of} | {text_of(low)} | {text_of(high)} | {why} |"
 
 
-def table(title: str, keys: tuple[Key, ...]) -> list[str]:
+def table(title: str, keys: tuple[NumericKey, ...]) -> list[str]:
     """Return one section of the page."""
     return [f"\n## {title}\n", "| key | least | greatest | why |", "|---|---|---|---|", *rows(keys)]
 

@@ -13,11 +13,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bufferstand.drivers.amplifier_map import AmplifierMap, Register
+from bufferstand.drivers.amplifier_map import AmplifierMap, AmplifierRegister
 from bufferstand.drivers.interfaces import SampleBlock, Sensor, SensorFault
 from bufferstand.drivers.modbus_link import Table
 from bufferstand.drivers.simulated.amplifier_devices import WireDevice
-from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.device import AmplifierValues
 from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
 from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
@@ -62,7 +62,7 @@ class FarEnd:
     """A simulated amplifier on a pty, pumped by a thread; values are given by the test."""
 
     def __init__(self, link: Path, device: WireDevice, rate_Hz: float = 250.0) -> None:
-        self._frames: deque[Frames] = deque()
+        self._frames: deque[AmplifierValues] = deque()
         self.device = device
         self.pty = AmplifierPty(link, self._frames, rate_Hz, device)
         self.heard = b""
@@ -81,7 +81,7 @@ class FarEnd:
     def give(self, *counts: int, overload: bool = False, drop: int = 0) -> None:
         """Let the amplifier measure values, and send them with its next pump."""
         with self._guard:
-            self._frames.append(Frames(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
+            self._frames.append(AmplifierValues(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
             self.pty.pump(overload=overload, drop=drop)
 
     def close(self) -> None:
@@ -128,7 +128,7 @@ class RegisterAmplifier:
 
         self._do(act())
 
-    def put(self, register: Register, value: float) -> None:
+    def put(self, register: AmplifierRegister, value: float) -> None:
         self._bank.put(register, value)
 
     def close(self) -> None:

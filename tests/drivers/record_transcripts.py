@@ -12,7 +12,7 @@ from pathlib import Path
 
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.transcript import HEAD, Piece, read_transcript
+from bufferstand.drivers.transcript import HEAD, TranscriptPiece, read_transcript
 from bufferstand.drivers.transcript_tap import record_wires
 from tests.drivers.replay import FOLDER
 from tests.drivers.sessions import SESSIONS, WIRES, load
@@ -34,7 +34,7 @@ def record(name: str) -> None:
     sys.stdout.write(f"{name}: {len(pieces)} pieces\n")
 
 
-def write(path: Path, pieces: list[Piece]) -> None:
+def write(path: Path, pieces: list[TranscriptPiece]) -> None:
     """Write a transcript."""
     path.parent.mkdir(exist_ok=True)
     path.write_text("\n".join([HEAD, *map(str, pieces)]) + "\n", encoding="utf-8")

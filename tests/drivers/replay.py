@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from bufferstand.drivers.transcript import Piece, read_transcript
+from bufferstand.drivers.transcript import TranscriptPiece, read_transcript
 
 FOLDER = Path(__file__).parent / "transcripts"
 PATIENCE_S = 10.0
@@ -27,7 +27,7 @@ class Replay:
         Of that wire, in order.
     """
 
-    def __init__(self, pieces: list[Piece]) -> None:
+    def __init__(self, pieces: list[TranscriptPiece]) -> None:
         self._pieces = merged(pieces)
         self.problem = ""
         self.done = threading.Event()
@@ -64,21 +64,21 @@ class Replay:
         self._end.set()
 
 
-def merged(pieces: list[Piece]) -> list[Piece]:
+def merged(pieces: list[TranscriptPiece]) -> list[TranscriptPiece]:
     """Return the pieces with those of one direction in a row made one."""
-    found: list[Piece] = []
+    found: list[TranscriptPiece] = []
     for piece in pieces:
         if piece.sign not in "<>":
             continue
         if found and found[-1].sign == piece.sign:
             last = found[-1]
-            found[-1] = Piece(last.time_s, last.wire, last.sign, last.data + piece.data)
+            found[-1] = TranscriptPiece(last.time_s, last.wire, last.sign, last.data + piece.data)
         else:
             found.append(piece)
     return found
 
 
-def pieces_of(name: str, wire: str) -> list[Piece]:
+def pieces_of(name: str, wire: str) -> list[TranscriptPiece]:
     return [piece for piece in read_transcript(FOLDER / f"{name}.txt") if piece.wire == wire]
 
 
@@ -112,7 +112,7 @@ def replayed_line(name: str, wire: str, folder: Path) -> Iterator[tuple[Path, Re
 
 
 @contextmanager
-def replayed_pieces(pieces: list[Piece], wire: str, folder: Path) -> Iterator[tuple[Path, Replay]]:
+def replayed_pieces(pieces: list[TranscriptPiece], wire: str, folder: Path) -> Iterator[tuple[Path, Replay]]:
     """Give a serial device behind which the device of a session answers, and how it goes."""
     replay = Replay(pieces)
     master, slave = os.openpty()

@@ -9,7 +9,7 @@ from typing import Any
 
 from bufferstand.drivers.build_sensors import build_sensors
 from bufferstand.drivers.connect import build_controller
-from bufferstand.drivers.ds18b20 import Reading
+from bufferstand.drivers.ds18b20 import TemperatureReading
 from bufferstand.drivers.ds2480b_bus import Ds2480bReader
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault
 from bufferstand.drivers.modbus_link import ModbusLink
@@ -122,7 +122,8 @@ def ds2480b(file: StandFile) -> dict[str, Any]:
         return {
             "roms": list(roms),
             "counts": {
-                rom: got.count if isinstance(got, Reading) else got.value for rom, got in readings.items()
+                rom: got.count if isinstance(got, TemperatureReading) else got.value
+                for rom, got in readings.items()
             },
         }
     finally:

@@ -12,7 +12,7 @@ from bufferstand.drivers.check import check_devices, check_stand
 from bufferstand.drivers.check_clock import drift_row, fit_drift
 from bufferstand.drivers.check_hints import controller_hint, port_hint
 from bufferstand.drivers.check_rows import CheckRow, rate_row
-from bufferstand.drivers.check_samples import Seen, sample_rate_row
+from bufferstand.drivers.check_samples import WatchedSamples, sample_rate_row
 from bufferstand.drivers.check_verdict import Verdict
 from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
 from bufferstand.drivers.modbus_wires import RtuWire
@@ -167,8 +167,8 @@ def test_a_refusal_that_is_no_gateways_asks_nobody_else() -> None:
 def test_polls_left_out_are_a_note_until_they_are_many(lost: int, verdict: Verdict, counted: bool) -> None:
     """Whether they are counted as lost (a gap) or not (late polls): up to 10 % of the periods."""
     block = SampleBlock("controller", 0, np.zeros(1, dtype=np.int64), {}, 0, 12.0)
-    late = Seen(block, samples=200 - lost, since_s=10.0)
-    seen = Seen(block, samples=200, lost=lost, since_s=10.0)
+    late = WatchedSamples(block, samples=200 - lost, since_s=10.0)
+    seen = WatchedSamples(block, samples=200, lost=lost, since_s=10.0)
     row = sample_rate_row(seen if counted else late, 100.0, polled=True)
     if counted or lost != 4:  # 2 % of late polls are no more than the rate's own tolerance
         assert row.verdict is verdict
@@ -182,9 +182,9 @@ def test_samples_that_a_busy_computer_receives_late_make_no_wrong_rate(
 ) -> None:
     """1.93 s of samples in 2 s: the last block may have been made 70 ms before it came."""
     block = SampleBlock("controller", 0, np.zeros(1, dtype=np.int64), {}, 0, 12.0)
-    seen = Seen(block, samples=1930, since_s=10.0, late_s=late_s)
+    seen = WatchedSamples(block, samples=1930, since_s=10.0, late_s=late_s)
     assert sample_rate_row(seen, 1000.0, polled=False).verdict is verdict
-    slower = Seen(block, samples=1800, since_s=10.0, late_s=late_s)
+    slower = WatchedSamples(block, samples=1800, since_s=10.0, late_s=late_s)
     assert sample_rate_row(slower, 1000.0, polled=False).verdict is Verdict.FAULT
 
 

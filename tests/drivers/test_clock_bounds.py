@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from bufferstand.drivers.check_clock import OLD_S, UNEVEN_S, Drift, drift_row, fit_drift
+from bufferstand.drivers.check_clock import OLD_S, UNEVEN_S, ClockDrift, drift_row, fit_drift
 from bufferstand.drivers.check_verdict import Verdict
 from bufferstand.drivers.clock_bounds import ClockBounds
 
@@ -56,7 +56,7 @@ def readings(
     return 0.5 * (asked_s + answered_s), answered_s - asked_s, np.mod(ticks, 1 << 32).tolist()
 
 
-def drift_of(ppm: float, there: str, back: str, seed: int, **how: float) -> Drift:
+def drift_of(ppm: float, there: str, back: str, seed: int, **how: float) -> ClockDrift:
     drift = fit_drift(*readings(ppm, there, back, seed, **how))  # type: ignore[arg-type]
     assert drift is not None
     return drift

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from bufferstand.drivers.ds18b20 import (
     FAULT_TEXTS,
-    Reading,
     ReadingFault,
+    TemperatureReading,
     crc8,
     decode_scratchpad,
     decode_w1_slave,
@@ -41,7 +41,7 @@ def test_crc_of_the_known_vectors() -> None:
 )  # fmt: skip
 def test_table_of_the_data_sheet(words: str, celsius: float) -> None:
     got = decode_scratchpad(scratchpad(int.from_bytes(bytes.fromhex(words), "little", signed=True)))
-    assert got == Reading(round(celsius * 16), 12)
+    assert got == TemperatureReading(round(celsius * 16), 12)
 
 
 @given(st.integers(-55 * 16, 125 * 16), st.integers(9, 12))
@@ -50,7 +50,7 @@ def test_every_value_is_read_back_with_its_undefined_bits_cleared(count: int, bi
         return  # stands for too little power
     unit = 1 << 12 - bits
     got = decode_scratchpad(scratchpad(count, bits=bits))
-    assert got == Reading(count // unit * unit, bits) or count // unit * unit < -55 * 16
+    assert got == TemperatureReading(count // unit * unit, bits) or count // unit * unit < -55 * 16
 
 
 @given(st.integers(-55 * 16, 125 * 16), st.integers(0, 71))
@@ -62,8 +62,8 @@ def test_no_single_flipped_bit_passes(count: int, bit: int) -> None:
 
 def test_power_on_value_needs_both_marks() -> None:
     assert decode_scratchpad(scratchpad(0x0550, byte_6=0x0C)) is ReadingFault.POWER_ON
-    assert decode_scratchpad(scratchpad(0x0550, byte_6=0x10)) == Reading(0x0550, 12)
-    assert decode_scratchpad(scratchpad(0x0190, byte_6=0x0C)) == Reading(0x0190, 12)
+    assert decode_scratchpad(scratchpad(0x0550, byte_6=0x10)) == TemperatureReading(0x0550, 12)
+    assert decode_scratchpad(scratchpad(0x0190, byte_6=0x0C)) == TemperatureReading(0x0190, 12)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_each_fault_is_told_apart(text: str, fault: ReadingFault) -> None:
 
 
 def test_the_bytes_count_not_the_printed_number() -> None:
-    assert decode_w1_slave(w1_text(scratchpad(336), millidegrees=99_000)) == Reading(336, 12)
+    assert decode_w1_slave(w1_text(scratchpad(336), millidegrees=99_000)) == TemperatureReading(336, 12)
 
 
 def test_every_fault_says_where_to_look() -> None:

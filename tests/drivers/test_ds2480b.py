@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault, crc8, decode_scratchpad
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading, crc8, decode_scratchpad
 from bufferstand.drivers.ds2480b import Ds2480b, Presence, rom_bytes, rom_name
 from bufferstand.drivers.ds2480b_bus import Ds2480bBus, Ds2480bReader
 from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
-from bufferstand.drivers.serial_line import Line
+from bufferstand.drivers.serial_line import SerialLine
 from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
 from bufferstand.drivers.simulated.onewire import OneWireBus, OneWireSensor
-from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.stand_file import OneWireSettings
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.pump import Pump
@@ -95,7 +95,7 @@ class Tape:
 
 def on_tape(*parts: Transcript) -> tuple[Ds2480b, Tape]:
     tape = Tape(*parts)
-    return Ds2480b(Line(tape, WallClock(), "adapter"), lambda: None), tape
+    return Ds2480b(SerialLine(tape, WallClock(), "adapter"), lambda: None), tape
 
 
 def test_the_recorded_search_finds_the_recorded_rom() -> None:
@@ -111,7 +111,7 @@ def test_the_recorded_scratchpad_is_a_temperature() -> None:
     adapter, tape = on_tape(RECORDED_SCRATCHPAD)
     assert adapter.reset() is Presence.PRESENT
     adapter.write(bytes.fromhex("55 28 FF FC D0 00 17 03 AE BE"))
-    assert decode_scratchpad(adapter.read(9)) == Reading(0x019C, 12)  # 25.75 °C
+    assert decode_scratchpad(adapter.read(9)) == TemperatureReading(0x019C, 12)  # 25.75 °C
     assert tape.played
 
 
@@ -178,7 +178,7 @@ class Straight:
 
 def straight(*sensors: OneWireSensor) -> tuple[Ds2480b, OneWireBus]:
     bus = OneWireBus(sensors)
-    adapter = Ds2480b(Line(Straight(Ds2480bDevice(bus)), WallClock(), "adapter"), lambda: None)
+    adapter = Ds2480b(SerialLine(Straight(Ds2480bDevice(bus)), WallClock(), "adapter"), lambda: None)
     adapter.begin()
     return adapter, bus
 
@@ -209,11 +209,11 @@ def test_names_and_bytes_of_roms(number: int) -> None:
     assert crc8(rom) == 0
 
 
-def temperature_settings(**more: object) -> TemperatureSettings:
+def temperature_settings(**more: object) -> OneWireSettings:
     sensors = [
         {"rom": rom, "name": f"temperature_{i}", "place": f"plate {i}"} for i, rom in enumerate(ROMS, 1)
     ]
-    return TemperatureSettings.model_validate(
+    return OneWireSettings.model_validate(
         {"kind": "ds2480b", "port": "adapter", "period_s": 0.05, "sensor": sensors, **more}
     )
 
@@ -249,7 +249,9 @@ def reader(wired: Wired) -> Iterator[Ds2480bReader]:
 
 
 def test_every_sensor_is_read_by_its_rom(reader: Ds2480bReader) -> None:
-    assert dict(reader.read(ROMS)) == {rom: Reading(336 + 16 * i, 12) for i, rom in enumerate(ROMS)}
+    assert dict(reader.read(ROMS)) == {
+        rom: TemperatureReading(336 + 16 * i, 12) for i, rom in enumerate(ROMS)
+    }
     assert reader.roms() == tuple(sorted(ROMS))
     assert reader.notes() == []
 
@@ -268,7 +270,11 @@ def test_one_bad_sensor_is_named_and_the_others_are_read(
     wired: Wired, reader: Ds2480bReader, state: str, fault: ReadingFault
 ) -> None:
     wired.sensors[1].state = state  # type: ignore[assignment]
-    assert dict(reader.read(ROMS)) == {ROMS[0]: Reading(336, 12), ROMS[1]: fault, ROMS[2]: Reading(368, 12)}
+    assert dict(reader.read(ROMS)) == {
+        ROMS[0]: TemperatureReading(336, 12),
+        ROMS[1]: fault,
+        ROMS[2]: TemperatureReading(368, 12),
+    }
 
 
 def test_a_bus_that_fails_as_a_whole_is_told_for_each_sensor(wired: Wired, reader: Ds2480bReader) -> None:
@@ -292,7 +298,9 @@ def test_sensors_without_a_supply_wire_convert_under_the_strong_pull_up(wired: W
         one.external_power = False
     reader = Ds2480bReader(wired.path, WallClock(), parasite=True, sleep=lambda _: None)
     try:
-        assert set(dict(reader.read(ROMS)).values()) == {Reading(336 + 16 * i, 12) for i in range(3)}
+        assert set(dict(reader.read(ROMS)).values()) == {
+            TemperatureReading(336 + 16 * i, 12) for i in range(3)
+        }
     finally:
         reader.close()
 
@@ -322,7 +330,7 @@ def test_an_echo_on_the_port_is_no_adapter(tmp_path: Path) -> None:
             return data
 
     wire = Straight(Echo(OneWireBus([])))
-    adapter = Ds2480b(Line(wire, WallClock(), "adapter"), lambda: None)
+    adapter = Ds2480b(SerialLine(wire, WallClock(), "adapter"), lambda: None)
     with pytest.raises(DeviceFault, match="it answers 17 45 5b 0f 91 to 17 45 5b 0f 91: this is no DS2480B"):
         adapter.begin()
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.gsv2_frames import Frame, FrameDecoder
+from bufferstand.drivers.gsv2_frames import FrameDecoder, Gsv2Frame
 
 FEW = settings(max_examples=15)
 COUNTS = st.lists(st.integers(-(2**23), 2**23 - 1), min_size=12, max_size=60)
@@ -19,7 +19,7 @@ def noisy(n: int, seed: int) -> list[int]:
     return [int(v) for v in np.random.default_rng(seed).normal(100_000, 300, n)]
 
 
-def counts_of(frames: list[Frame]) -> list[int]:
+def counts_of(frames: list[Gsv2Frame]) -> list[int]:
     return [frame.count for frame in frames]
 
 
@@ -27,10 +27,10 @@ def test_known_frames() -> None:
     decoder = FrameDecoder(aligned=True)
     data = bytes.fromhex("2c00800000 2c00ffffff 2c10000000 2c08800001 2c00")
     assert decoder.feed(data) == [
-        Frame(0, 0x00, 0),
-        Frame(8_388_607, 0x00, 0),
-        Frame(-8_388_608, 0x10, 0),
-        Frame(1, 0x08, 0),
+        Gsv2Frame(0, 0x00, 0),
+        Gsv2Frame(8_388_607, 0x00, 0),
+        Gsv2Frame(-8_388_608, 0x10, 0),
+        Gsv2Frame(1, 0x08, 0),
     ]
     assert decoder.pending_frames == 1
     assert decoder.resyncs == 0
@@ -42,7 +42,7 @@ def test_pieces_do_not_matter(counts: list[int], sizes: list[int]) -> None:
     data = stream(counts)
     whole = FrameDecoder(aligned=True).feed(data)
     decoder = FrameDecoder(aligned=True)
-    pieces: list[Frame] = []
+    pieces: list[Gsv2Frame] = []
     position = 0
     while position < len(data):
         size = sizes[position % len(sizes)]

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bufferstand.drivers.registers import WORDS, Layout, Place, decode_value, encode_value
+from bufferstand.drivers.registers import WORDS, Layout, RegisterPlace, decode_value, encode_value
 
 ORDERS = st.sampled_from(["big", "little"])
 VALUES = st.one_of(
@@ -67,7 +67,7 @@ def test_wrong_number_of_registers_is_refused() -> None:
 def test_windows_with_holes_round_trip(values: list[tuple[str, float]], order: str, hole: int) -> None:
     places, offset = [], 0
     for index, (kind, _) in enumerate(values):
-        places.append(Place(f"v{index}", kind, offset))
+        places.append(RegisterPlace(f"v{index}", kind, offset))
         offset += WORDS[kind] + hole
     layout = Layout(100, offset, tuple(places), order)
     named = {f"v{index}": value for index, (_, value) in enumerate(values)}
@@ -81,11 +81,11 @@ def test_rows_are_the_same_as_windows_one_by_one(order: str, rows: int) -> None:
         0,
         8,
         (
-            Place("t", "u32", 0),
-            Place("f", "i32", 2),
-            Place("a", "u16", 4),
-            Place("b", "i16", 5),
-            Place("g", "f32", 6),
+            RegisterPlace("t", "u32", 0),
+            RegisterPlace("f", "i32", 2),
+            RegisterPlace("a", "u16", 4),
+            RegisterPlace("b", "i16", 5),
+            RegisterPlace("g", "f32", 6),
         ),
         order,
     )
@@ -108,7 +108,7 @@ def test_rows_are_the_same_as_windows_one_by_one(order: str, rows: int) -> None:
 
 
 def test_window_refuses_other_values_and_lengths() -> None:
-    layout = Layout(0, 3, (Place("a", "u16", 0), Place("b", "u32", 1)), "big")
+    layout = Layout(0, 3, (RegisterPlace("a", "u16", 0), RegisterPlace("b", "u32", 1)), "big")
     with pytest.raises(ValueError, match="values do not match the window: b, c"):
         layout.encode({"a": 1, "c": 2})
     with pytest.raises(ValueError, match="a: 70000 does not fit u16"):

@@ -10,8 +10,8 @@ from bufferstand.drivers.profile import SHIPPED
 from bufferstand.drivers.stand_file import (
     CONTROLLER_CHANNELS,
     Endpoints,
-    Limits,
     StandFile,
+    StandFileLimits,
     wires_from,
     with_endpoints,
 )
@@ -104,7 +104,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
     assert limits.machine_stiffness_kN_per_mm == 150.0
     assert limits.force_speed == ((0.0, 800.0), (400.0, 560.0), (630.0, 0.0))
     assert json.loads(json.dumps(limits.model_dump(mode="json")))["force_speed"][1] == [400.0, 560.0]
-    assert Limits.model_validate(limits.model_dump(mode="json")) == limits
+    assert StandFileLimits.model_validate(limits.model_dump(mode="json")) == limits
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from bufferstand.drivers.check import check_stand
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.stand_file import Endpoints, with_endpoints
 from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.drivers.transcript import HEAD, Piece, read_transcript
+from bufferstand.drivers.transcript import HEAD, TranscriptPiece, read_transcript
 from bufferstand.drivers.transcript_tap import record_wires
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
@@ -54,9 +54,9 @@ def test_a_line_that_is_none_is_refused_with_its_number(tmp_path: Path) -> None:
 
 def test_a_transcript_is_read_as_it_was_written(tmp_path: Path) -> None:
     pieces = [
-        Piece(0.5, "controller", "+"),
-        Piece(0.625, "controller", ">", b"\x00\xff"),
-        Piece(1.0, "onewire", "-"),
+        TranscriptPiece(0.5, "controller", "+"),
+        TranscriptPiece(0.625, "controller", ">", b"\x00\xff"),
+        TranscriptPiece(1.0, "onewire", "-"),
     ]
     path = tmp_path / "t.txt"
     path.write_text("\n".join([HEAD, *map(str, pieces)]), encoding="utf-8")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.ds18b20 import Reading, ReadingFault, decode_temperature
+from bufferstand.drivers.ds18b20 import ReadingFault, TemperatureReading, decode_temperature
 from bufferstand.drivers.w1_folder import TRIGGER, FolderReader, read_temperature
 from tests.drivers.pump import Pump
 from tests.drivers.test_ds18b20 import scratchpad, w1_text
@@ -70,8 +70,12 @@ def kernel(root: Path) -> Iterator[Kernel]:
 
 def test_one_conversion_serves_every_sensor(root: Path, kernel: Kernel) -> None:
     reader = FolderReader(root, "bulk")
-    assert [got for _, got in reader.read(ROMS)] == [Reading(401 + index, 12) for index in range(3)]
-    assert [got for _, got in reader.read(ROMS)] == [Reading(402 + index, 12) for index in range(3)]
+    assert [got for _, got in reader.read(ROMS)] == [
+        TemperatureReading(401 + index, 12) for index in range(3)
+    ]
+    assert [got for _, got in reader.read(ROMS)] == [
+        TemperatureReading(402 + index, 12) for index in range(3)
+    ]
     assert kernel.conversions == 2
     assert reader.notes() == []
 
@@ -94,7 +98,7 @@ def test_the_trigger_is_exactly_eight_bytes_in_one_write(root: Path, monkeypatch
 def test_each_fault_is_still_told_apart(root: Path, kernel: Kernel) -> None:
     reader = FolderReader(root, "bulk")
     readings = reader.read((ROMS[0], "28-000000000000"))
-    assert next(readings)[1] == Reading(401, 12)
+    assert next(readings)[1] == TemperatureReading(401, 12)
     assert next(readings)[1] is ReadingFault.ABSENT
 
 
@@ -128,7 +132,9 @@ def test_without_a_common_conversion_the_sensors_are_read_one_by_one_and_it_is_s
     reader = FolderReader(root, "bulk", wall_s=lambda: now[0], sleep=sleep)
     try:
         for _ in range(2):
-            assert [got for _, got in reader.read(ROMS)] == [Reading(336 + index, 12) for index in range(3)]
+            assert [got for _, got in reader.read(ROMS)] == [
+                TemperatureReading(336 + index, 12) for index in range(3)
+            ]
         (note,) = reader.notes()
         assert message in note
         assert note.endswith("the sensors are converted one by one, which takes longer")
@@ -140,9 +146,9 @@ def test_without_a_common_conversion_the_sensors_are_read_one_by_one_and_it_is_s
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("21000\n", Reading(336, 12)),
-        ("-62\n", Reading(-1, 12)),
-        ("125000\n", Reading(2000, 12)),
+        ("21000\n", TemperatureReading(336, 12)),
+        ("-62\n", TemperatureReading(-1, 12)),
+        ("125000\n", TemperatureReading(2000, 12)),
         ("", ReadingFault.EMPTY),
         ("127937\n", ReadingFault.NO_POWER),
         ("127000\n", ReadingFault.OUT_OF_RANGE),
@@ -151,7 +157,7 @@ def test_without_a_common_conversion_the_sensors_are_read_one_by_one_and_it_is_s
         ("0\n", None),
     ],
 )
-def test_the_temperature_file(text: str, found: Reading | ReadingFault | None) -> None:
+def test_the_temperature_file(text: str, found: TemperatureReading | ReadingFault | None) -> None:
     assert decode_temperature(text) == found
 
 
@@ -159,14 +165,14 @@ def test_the_temperature_file(text: str, found: Reading | ReadingFault | None) -
     ("text", "pad", "found"),
     [
         ("85000\n", scratchpad(0x0550, byte_6=0x0C), ReadingFault.POWER_ON),
-        ("85000\n", scratchpad(0x0550), Reading(0x0550, 12)),
+        ("85000\n", scratchpad(0x0550), TemperatureReading(0x0550, 12)),
         ("0\n", bytes(9), ReadingFault.ALL_ZERO),
-        ("0\n", scratchpad(0), Reading(0, 12)),
-        ("22000\n", scratchpad(336), Reading(352, 12)),
+        ("0\n", scratchpad(0), TemperatureReading(0, 12)),
+        ("22000\n", scratchpad(336), TemperatureReading(352, 12)),
     ],
 )
 def test_what_the_number_cannot_tell_is_looked_up(
-    root: Path, text: str, pad: bytes, found: Reading | ReadingFault
+    root: Path, text: str, pad: bytes, found: TemperatureReading | ReadingFault
 ) -> None:
     put(root, ROMS[0], w1_text(pad))
     (root / ROMS[0] / "temperature").write_text(text, encoding="ascii")

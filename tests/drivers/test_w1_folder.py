@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
 from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault
-from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.stand_file import OneWireSettings
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
 from bufferstand.foundation.clock import WallClock
@@ -22,7 +22,7 @@ PATIENCE_S = 20.0
 ROMS = ("28-00000a3f91c2", "28-00000a3f92d7", "28-00000a40117b")
 
 
-def settings() -> TemperatureSettings:
+def settings() -> OneWireSettings:
     stand = load_stand(SAMPLE_STAND)
     assert stand.temperature is not None
     return stand.temperature
@@ -65,7 +65,7 @@ def first_items(sensor: W1Sensor, count: int = 1) -> list[SampleBlock | SensorFa
 
 class TestOneRead:
     def test_a_reading(self, root: Path) -> None:
-        assert read_sensor(root, ROMS[1]) == Reading(337, 12)
+        assert read_sensor(root, ROMS[1]) == TemperatureReading(337, 12)
 
     @pytest.mark.parametrize(
         ("text", "fault"),

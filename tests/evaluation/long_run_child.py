@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.long_runs import MemoryBounds
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.channel import Channel, ChannelUncertainty
 from bufferstand.recording.content import Segment
@@ -94,7 +94,7 @@ def write(path: Path, rows: int, frequency_Hz: float) -> None:
     write_columns(path, metadata, heads, columns, values())
 
 
-def main(path: Path, rows: int, frequency_Hz: float, draws: int, bounds: Bounds) -> None:
+def main(path: Path, rows: int, frequency_Hz: float, draws: int, bounds: MemoryBounds) -> None:
     if not path.exists():
         child = os.fork()  # what writing takes does not count
         if child == 0:
@@ -111,4 +111,4 @@ def main(path: Path, rows: int, frequency_Hz: float, draws: int, bounds: Bounds)
 
 if __name__ == "__main__":
     given = [int(text) for text in sys.argv[5:]]
-    main(Path(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]), Bounds(*given))
+    main(Path(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3]), int(sys.argv[4]), MemoryBounds(*given))

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.across_runs.combine import Figure, Figures, coverage_factor_95
+from bufferstand.evaluation.across_runs.combine import Figures, RunFigure, coverage_factor_95
 from bufferstand.evaluation.across_runs.identity import ChannelIdentity, Occasion, identity_of
 from bufferstand.evaluation.across_runs.line import fit_line
 from bufferstand.evaluation.across_runs.runs import figure_of
@@ -19,7 +19,12 @@ from bufferstand.evaluation.across_runs.shared import Regression
 from bufferstand.evaluation.archive.kept import keep
 from bufferstand.evaluation.error_model import draw_errors
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.facts.shared_errors import Chain, Owed, Source, shared_of
+from bufferstand.evaluation.facts.shared_errors import (
+    ErrorSource,
+    MeasuringChain,
+    SharedContributions,
+    shared_of,
+)
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
@@ -28,8 +33,8 @@ from tests.evaluation.signals import STATED, Ellipse
 
 FORCE = ChannelUncertainty(accuracy_percent=0.5, reversibility_percent=0.75, zero=0.5, u_delay_s=2e-4)
 WIRE = ChannelUncertainty(accuracy_percent=0.1, linearity=0.5, zero=0.2, u_delay_s=1e-4)
-SKEW = Source("delay", "cell", "normal")
-SCALE = Source("force scale", "cell", "rectangular")
+SKEW = ErrorSource("delay", "cell", "normal")
+SCALE = ErrorSource("force scale", "cell", "rectangular")
 
 
 def run(frequency_Hz: float, **facts: Any) -> RunEvaluation:
@@ -38,8 +43,8 @@ def run(frequency_Hz: float, **facts: Any) -> RunEvaluation:
     return evaluate_run(record, RunFacts(f"r{frequency_Hz}", "harmonic", **known), Options(draws=500))
 
 
-def owed(source: Source, contribution: float) -> Owed:
-    return Owed({source: contribution}, abs(contribution))
+def owed(source: ErrorSource, contribution: float) -> SharedContributions:
+    return SharedContributions({source: contribution}, abs(contribution))
 
 
 def channel(name: str = "force", delay_s: float = 0.001, **calibration: Any) -> Channel:
@@ -89,7 +94,7 @@ class TestIdentity:
 class TestContributions:
     def test_they_are_those_of_the_draws(self) -> None:
         """A mean that is a known sum of the drawn errors and of noise gives the weights of that sum."""
-        chain = Chain(FORCE, (WIRE, WIRE))
+        chain = MeasuringChain(FORCE, (WIRE, WIRE))
         draws = draw_errors(FORCE, (WIRE, WIRE), 4000, 3)
         assert draws is not None
         errors, noise = draws.errors(), np.random.default_rng(1).normal(0.0, 1e-3, 4000)
@@ -105,12 +110,12 @@ class TestContributions:
         draws = draw_errors(FORCE, (WIRE, WIRE), 1000, 3)
         assert draws is not None
         zero = draws.errors()["stroke zero"]
-        regression = Regression(Chain(FORCE, (WIRE, WIRE)), draws)
+        regression = Regression(MeasuringChain(FORCE, (WIRE, WIRE)), draws)
         found = regression.shared({"stroke_min_mm": regression.contributions(zero)})
         by_source = found.of("stroke_min_mm").by_source
         shares = [c for source, c in by_source.items() if source.error == "stroke zero"]
         assert shares == pytest.approx([0.1 / np.sqrt(3.0)] * 2, rel=0.05)
-        assert found.of("damping") == Owed()
+        assert found.of("damping") == SharedContributions()
 
     def test_one_wire_of_two_shares_its_part_only(self) -> None:
         one = ChannelIdentity("w1", "w1 z", "w1 d", "certificate")
@@ -166,8 +171,8 @@ class TestSums:
     @given(st.floats(0.1, 10.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
     def test_what_is_all_shared_cancels_in_a_difference(self, u: float, share: float, other: float) -> None:
         """Of the same error in both, a share of u², only what each has of its own is left."""
-        one = Figure(1.0, u, owed(SCALE, u * np.sqrt(share)))
-        two = Figure(2.0, u, owed(SCALE, u * np.sqrt(other)))
+        one = RunFigure(1.0, u, owed(SCALE, u * np.sqrt(share)))
+        two = RunFigure(2.0, u, owed(SCALE, u * np.sqrt(other)))
         spread = Figures.of([one, two]).weighted(np.array([-1.0, 1.0]))
         expected = u * u * ((np.sqrt(share) - np.sqrt(other)) ** 2 + (1.0 - share) + (1.0 - other))
         assert spread.u**2 == pytest.approx(expected, rel=1e-9, abs=1e-12)
@@ -192,7 +197,7 @@ class TestLine:
     def test_errors_of_each_run_alone_give_weighted_least_squares(self) -> None:
         x, u = [0.1, 0.5, 1.0, 2.0], np.array([0.1, 0.2, 0.1, 0.3])
         y = 3.0 - 0.5 * np.array(x) + np.array([0.02, -0.03, 0.01, 0.05])
-        found = fit_line(x, [Figure(v, float(s)) for v, s in zip(y, u, strict=True)])
+        found = fit_line(x, [RunFigure(v, float(s)) for v, s in zip(y, u, strict=True)])
         coefficients, covariance = np.polyfit(x, y, 1, w=1.0 / u, cov="unscaled")
         assert (found.slope.value, found.intercept.value) == pytest.approx(coefficients, rel=1e-9)
         assert (found.slope.u, found.intercept.u) == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
@@ -201,16 +206,16 @@ class TestLine:
     def test_a_late_force_turns_the_whole_line(self) -> None:
         """An error proportional to x goes into the slope undiminished, and into nothing else."""
         x = [0.1, 0.5, 1.0, 2.0]
-        figures = [Figure(3.0 - 0.5 * f, float(np.hypot(0.02 * f, 1e-4)), owed(SKEW, 0.02 * f)) for f in x]
+        figures = [RunFigure(3.0 - 0.5 * f, float(np.hypot(0.02 * f, 1e-4)), owed(SKEW, 0.02 * f)) for f in x]
         found = fit_line(x, figures)
         assert found.slope.u == pytest.approx(0.02, rel=1e-3)
         assert found.intercept.u < 1e-3
-        alone = fit_line(x, [Figure(f.value, f.u) for f in figures])
+        alone = fit_line(x, [RunFigure(f.value, f.u) for f in figures])
         assert alone.slope.u < 0.8 * found.slope.u
 
     def test_an_error_that_all_have_leaves_the_slope(self) -> None:
         x = [0.1, 0.5, 1.0, 2.0]
-        found = fit_line(x, [Figure(3.0 - 0.5 * f, 0.1, owed(SCALE, 0.0999999)) for f in x])
+        found = fit_line(x, [RunFigure(3.0 - 0.5 * f, 0.1, owed(SCALE, 0.0999999)) for f in x])
         assert found.slope.u < 1e-4
         assert found.intercept.u == pytest.approx(0.1, rel=1e-3)
         assert found.intercept.half_width_95 == pytest.approx(0.1 * 1.645, rel=0.01)
@@ -218,7 +223,7 @@ class TestLine:
     def test_runs_that_scatter_beyond_what_they_state_get_students_t(self) -> None:
         x = np.arange(5.0)
         y = np.array([1.0, 2.5, 2.8, 4.6, 4.9])
-        found = fit_line(x.tolist(), [Figure(float(v), 1e-6) for v in y])
+        found = fit_line(x.tolist(), [RunFigure(float(v), 1e-6) for v in y])
         coefficients, covariance = np.polyfit(x, y, 1, cov=True)
         assert found.slope.u == pytest.approx(float(np.sqrt(covariance[0, 0])), rel=1e-6)
         assert found.slope.half_width_95 == pytest.approx(3.182446 * found.slope.u, rel=1e-6)
@@ -228,4 +233,4 @@ class TestLine:
 
     def test_one_place_is_no_line(self) -> None:
         with pytest.raises(ValueError, match="two different places"):
-            fit_line([1.0, 1.0], [Figure(1.0, 0.1), Figure(2.0, 0.1)])
+            fit_line([1.0, 1.0], [RunFigure(1.0, 0.1), RunFigure(2.0, 0.1)])

@@ -14,7 +14,7 @@ from nptdms import ChannelObject, TdmsWriter
 from bufferstand.evaluation.channels.bring import bring, too_coarse, usable
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.long_runs import MemoryBounds
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.errors import BadInput
@@ -251,7 +251,7 @@ def test_pieces_of_streams_give_what_the_whole_gives(
         )  # fmt: skip
     made = import_file(path, tmp_path / "out", ImportOptions(kind="harmonic")).path
     whole, _ = load_run(made)
-    parts, _ = load_run(made, Bounds(whole_rows=100, piece_rows=piece))
+    parts, _ = load_run(made, MemoryBounds(whole_rows=100, piece_rows=piece))
     np.testing.assert_array_equal(parts.time_s, whole.time_s)
     np.testing.assert_allclose(parts.stroke_mm, whole.stroke_mm, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(parts.force_kN, whole.force_kN, rtol=0.0, atol=1e-9)
@@ -263,7 +263,7 @@ def test_a_long_run_of_too_few_readings_is_refused_like_a_short_one(tmp_path: Pa
     path = written(tmp_path / "r.csv", made.time_s, made.stroke_mm, every(made.force_kN, 333))
     file = import_file(path, tmp_path / "out", ImportOptions(kind="harmonic")).path
     texts = []
-    for bounds in (None, Bounds(whole_rows=100, piece_rows=500)):
+    for bounds in (None, MemoryBounds(whole_rows=100, piece_rows=500)):
         with pytest.raises(BadInput, match="force is read every") as caught:
             load_run(file, bounds)
         texts.append(caught.value.message())

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.requirements.bounded import Span
-from bufferstand.evaluation.requirements.rows import Limits
+from bufferstand.evaluation.requirements.bounded import ValueSpan
+from bufferstand.evaluation.requirements.rows import RowLimits
 from bufferstand.evaluation.requirements.speed import between_rows
 from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
@@ -291,13 +291,13 @@ def test_no_condition_passes_broken_or_fails_met_in_thousands(
 
 # ── the spans themselves ───────────────────────────────────────────────────────────────────────────────────
 def test_a_span_is_met_broken_or_neither() -> None:
-    most = Limits(None, 1.0, "s")
-    assert [Span(*ends).verdict(most) for ends in ((0.0, 1.0), (0.5, 1.5), (1.1, 2.0))] == [
+    most = RowLimits(None, 1.0, "s")
+    assert [ValueSpan(*ends).verdict(most) for ends in ((0.0, 1.0), (0.5, 1.5), (1.1, 2.0))] == [
         "pass", "inconclusive", "fail",
     ]  # fmt: skip
-    window = Limits(71.0, 73.0, "h")
+    window = RowLimits(71.0, 73.0, "h")
     ends = ((71.0, 73.0), (70.0, 74.0), (73.5, 80.0), (50.0, 70.9))
-    assert [Span(*own).verdict(window) for own in ends] == ["pass", "inconclusive", "fail", "fail"]
+    assert [ValueSpan(*own).verdict(window) for own in ends] == ["pass", "inconclusive", "fail", "fail"]
 
 
 def test_what_rows_far_apart_hide_of_a_speed() -> None:

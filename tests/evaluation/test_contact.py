@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.channels.between import Between
+from bufferstand.evaluation.channels.between import InterpolationLimits
 from bufferstand.evaluation.contact.find import find_first_contact
 from bufferstand.evaluation.contact.rows import beside
 from bufferstand.evaluation.document import evaluate_file
@@ -221,7 +221,7 @@ def test_an_approach_of_six_samples_shows_a_small_preload_amid_noise() -> None:
 def test_a_force_that_is_interpolated_does_not_show_where_it_leaps() -> None:
     record = replace(GOOD, contact_mm=3.0).record()
     halved = np.zeros((2, record.time_s.size))
-    blurred = replace(record, between=Between(0.1, record.time_s, halved))
+    blurred = replace(record, between=InterpolationLimits(0.1, record.time_s, halved))
     sharp, wide = (find_first_contact(one, 22.6, 0.05) for one in (record, blurred))
     assert sharp.expanded_uncertainty is not None
     assert wide.expanded_uncertainty is not None

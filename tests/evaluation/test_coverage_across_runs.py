@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.across_runs.runs import figure_of
-from bufferstand.evaluation.differences import Value, difference
+from bufferstand.evaluation.differences import UncertainValue, difference
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Temperature, make_record
 from bufferstand.evaluation.results import RunEvaluation
@@ -174,7 +174,7 @@ def difference_hits(kind: str, chains: range) -> tuple[Hits, dict[str, float]]:
         truth = [shape.truth() for shape in shapes]
         for name in COMPARED:
             figures = [figure for one in runs if (figure := figure_of(one, name)) is not None]
-            one, two = (Value(f.value, 2.0 * f.u, f.shared) for f in figures)
+            one, two = (UncertainValue(f.value, 2.0 * f.u, f.shared) for f in figures)
             apart = difference(two, one)
             assert apart.expanded_uncertainty is not None
             error = apart.value - (truth[1][name] - truth[0][name])

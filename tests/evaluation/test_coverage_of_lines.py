@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.across_runs.combine import Figure, Figures
+from bufferstand.evaluation.across_runs.combine import Figures, RunFigure
 from bufferstand.evaluation.across_runs.line import fit_line
-from bufferstand.evaluation.facts.shared_errors import Owed, Source
+from bufferstand.evaluation.facts.shared_errors import ErrorSource, SharedContributions
 
 STORED_J, ABSORBED_J, RANGE_MM, STIFFNESS = 9000.0, 2500.0, 70.0, 2.3
-DELAY, GAIN = Source("delay", "cell", "normal"), Source("gain", "cell", "rectangular")
-WAVES = tuple(Source(f"wave {number}", "wire", "normal") for number in range(6))
+DELAY, GAIN = ErrorSource("delay", "cell", "normal"), ErrorSource("gain", "cell", "rectangular")
+WAVES = tuple(ErrorSource(f"wave {number}", "wire", "normal") for number in range(6))
 PHASES = (0.3, -0.2, 0.5, 0.1, -0.4, 0.25)
 U_DELAY_S, GAIN_LIMIT, ZERO_LIMIT_KN = 3e-4, 0.005, 0.5
 PER_HZ_J = -300.0
@@ -34,10 +34,10 @@ class Point:
     """What a run at a frequency would show, and its standard contributions by each shared error."""
 
     truth: Mapping[str, float]
-    owed: Mapping[str, Mapping[Source, float]]
+    owed: Mapping[str, Mapping[ErrorSource, float]]
 
     @classmethod
-    def at(cls, frequency_Hz: float, zero: Source) -> Point:
+    def at(cls, frequency_Hz: float, zero: ErrorSource) -> Point:
         # A late force: ΔW_a = π ω K x_a² τ, half of it on the loading branch.
         late_J = np.pi * 2.0 * np.pi * frequency_Hz * STIFFNESS * (RANGE_MM / 2.0) ** 2 * U_DELAY_S
         gain, zero_kN = GAIN_LIMIT / _SQRT3, ZERO_LIMIT_KN / _SQRT3
@@ -70,12 +70,14 @@ class Sweep:
 
     def __init__(self, runs: int, scatter: float, seed: int, *, zeroed: bool = False) -> None:
         self.frequency_Hz = np.geomspace(0.1, 2.5, runs)
-        zeros = [Source("zero", f"cell, zeroed {n if zeroed else 0}", "rectangular") for n in range(runs)]
+        zeros = [
+            ErrorSource("zero", f"cell, zeroed {n if zeroed else 0}", "rectangular") for n in range(runs)
+        ]
         self.points = [Point.at(f, zero) for f, zero in zip(self.frequency_Hz, zeros, strict=True)]
         self._sources = (DELAY, GAIN, *dict.fromkeys(zeros), *WAVES)
         self._scatter, self._random = scatter, np.random.default_rng(seed)
 
-    def figures(self) -> dict[str, list[Figure]]:
+    def figures(self) -> dict[str, list[RunFigure]]:
         """Return the figures of all runs, by name, from one chain."""
         draw = self._random
         errors = {
@@ -89,12 +91,12 @@ class Sweep:
             for name, own in OWN.items()
         }
 
-    def _figure(self, point: Point, name: str, own: float, errors: Mapping[Source, float]) -> Figure:
+    def _figure(self, point: Point, name: str, own: float, errors: Mapping[ErrorSource, float]) -> RunFigure:
         owed = point.owed[name]
         noise = own * (self._random.standard_normal() + self._scatter * self._random.standard_normal())
         value = point.truth[name] + noise + sum(c * errors[source] for source, c in owed.items())
         explained = float(np.linalg.norm(list(owed.values())))
-        return Figure(value, float(np.hypot(explained, own)), Owed(owed, explained))
+        return RunFigure(value, float(np.hypot(explained, own)), SharedContributions(owed, explained))
 
 
 Hits = dict[str, tuple[float, float]]

@@ -13,7 +13,7 @@ from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.requirements import static
 from bufferstand.evaluation.requirements.checklist import asked_items
 from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
-from bufferstand.evaluation.requirements.readings import Readings
+from bufferstand.evaluation.requirements.readings import LimitSetReadings
 from bufferstand.evaluation.turns.force_extremes import FORCE_WINDOW
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -71,7 +71,7 @@ LIMIT_SETS = (DOCS / "limit-sets.md").read_text(encoding="utf-8")
 
 
 def test_every_reading_is_explained_with_its_options() -> None:
-    for name, field in Readings.model_fields.items():
+    for name, field in LimitSetReadings.model_fields.items():
         assert f"| `{name}` |" in LIMIT_SETS
         for option in get_args(field.annotation):
             assert f"`{option}`" in LIMIT_SETS

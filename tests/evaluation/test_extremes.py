@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 from bufferstand.evaluation.archive.comparison import compare_evaluations
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
 from bufferstand.evaluation.archive.facts import FIELDS, result_facts
-from bufferstand.evaluation.archive.identity import Settings, software
+from bufferstand.evaluation.archive.identity import EvaluationSettings, software
 from bufferstand.evaluation.archive.kept import keep
 from bufferstand.evaluation.archive.tables import runs_frame
 from bufferstand.evaluation.document import evaluation_document, run_entry
 from bufferstand.evaluation.error_model import draw_errors
-from bufferstand.evaluation.extremes.errors import Reading, channel_errors, rivals_of, stated
+from bufferstand.evaluation.extremes.errors import ExtremeReadings, channel_errors, rivals_of, stated
 from bufferstand.evaluation.extremes.of_run import sample_extremes
 from bufferstand.evaluation.extremes.peaks import NEAR, peaks_of, stands_alone
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.long_runs import MemoryBounds
 from bufferstand.evaluation.record import Peak, Record, Temperature, make_record
 from bufferstand.evaluation.results import EXTREME_NAMES, RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
@@ -172,7 +172,7 @@ def test_pieces_have_the_extremes_of_the_whole(tmp_path: Path, points: int) -> N
         **{"time__s": time, "force__kN": force, "stroke__mm": stroke, "temperature_1__°C": warm},
     )
     whole = evaluate_run(*load_run(path), NO_DRAWS)
-    bounds = Bounds(whole_rows=100, piece_rows=257, points=points, readings=50)
+    bounds = MemoryBounds(whole_rows=100, piece_rows=257, points=points, readings=50)
     short = evaluate_run(*load_run(path, bounds), NO_DRAWS)
     for name in EXTREME_NAMES:
         if not name.startswith("speed") or points > 10**6:
@@ -363,7 +363,7 @@ def test_where_asks_for_extremes_and_the_means_keep_a_name() -> None:
         ("stroke_max > 71 and stroke_min < 29", True),
     ):
         assert parse_query(asked, FIELDS).matches(facts) is answer, asked
-    table = runs_frame(ArchiveEvaluation((kept,), (), Settings(), software()))
+    table = runs_frame(ArchiveEvaluation((kept,), (), EvaluationSettings(), software()))
     assert table["extreme_temperature_max_C"][0] == pytest.approx(40.9)
     assert table["time_s(extreme_temperature_max_C)"][0] == pytest.approx(12.9)
     assert table["temperature_max_C"][0] < 35.0, "a mean, as in the summary"
@@ -450,6 +450,6 @@ def test_how_far_noise_overreaches_hangs_on_how_long_it_may(levels: Floats, leas
     for _ in range(400):
         read = levels + random.standard_normal(levels.size)
         greatest = float(np.max(read))
-        reading = Reading(greatest, 1.0, rivals_of(read, greatest, 1.0))
+        reading = ExtremeReadings(greatest, 1.0, rivals_of(read, greatest, 1.0))
         held.append(abs(greatest) <= stated(channel_errors(draws, reading, ChannelUncertainty()))[1])
     assert least - 0.03 <= np.mean(held) <= 0.99  # 95 % of 400 have a standard deviation of 1.1 %

@@ -12,7 +12,7 @@ from bufferstand.daq.runner import run_campaign
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.evaluation.document import evaluate_file, evaluation_document
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.held_against import HeldAgainst, expected_turns, held_against
+from bufferstand.evaluation.held_against import PlannedValue, expected_turns, held_against
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.report.closing import deviations_section, not_as_required
 from bufferstand.evaluation.report.content import Table
@@ -63,9 +63,9 @@ def test_without_an_expectation_on_record_only_the_frequency_is_held_against_the
 
 
 def test_what_is_on_record_is_found() -> None:
-    assert held_against(STEP, "frequency_Hz") == HeldAgainst(1.0)
-    assert held_against({**STEP, "compensate": True}, "amplitude_mm") == HeldAgainst(15.0)
-    assert held_against({"amplitude_mm": 15.0}, "amplitude_mm") == HeldAgainst(15.0), "an earlier file"
+    assert held_against(STEP, "frequency_Hz") == PlannedValue(1.0)
+    assert held_against({**STEP, "compensate": True}, "amplitude_mm") == PlannedValue(15.0)
+    assert held_against({"amplitude_mm": 15.0}, "amplitude_mm") == PlannedValue(15.0), "an earlier file"
     assert held_against({**STEP, "amplitude_mm": None}, "amplitude_mm") is None
     mean, amplitude = (held_against(STEP, name) for name in ("prestress_mm", "amplitude_mm"))
     assert mean is not None

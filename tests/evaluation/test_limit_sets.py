@@ -20,7 +20,7 @@ from bufferstand.evaluation.requirements.limit_set import (
     shipped_limit_set,
     shipped_names,
 )
-from bufferstand.evaluation.requirements.readings import Readings
+from bufferstand.evaluation.requirements.readings import LimitSetReadings
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.foundation.errors import BadInput
@@ -34,7 +34,7 @@ GOOD = MadeTest()
 
 def read_as(**readings: Any) -> LimitSet:
     """Return the shipped set with other readings."""
-    return SHIPPED.model_copy(update={"readings": Readings(**readings)})
+    return SHIPPED.model_copy(update={"readings": LimitSetReadings(**readings)})
 
 
 def values(run: RunEvaluation, identity: str) -> list[float | None]:
@@ -236,7 +236,7 @@ def test_kinds_that_a_set_has_nothing_on() -> None:
 # ── readings ───────────────────────────────────────────────────────────────────────────────────────────────
 @pytest.mark.slow
 def test_defaults_are_those_of_the_shipped_file() -> None:
-    assert SHIPPED.readings == Readings()
+    assert SHIPPED.readings == LimitSetReadings()
     assert SHIPPED.identity()["readings"]["comparator"] == "at-least"
 
 
@@ -292,7 +292,7 @@ def test_comparator() -> None:
         update = {"stored_min_J": {category: stored}}
         exact = SHIPPED.model_copy(update={"impact": SHIPPED.impact.model_copy(update=update)})
         assert impact(category=category, limits=exact).requirements[0].verdict == "pass"
-        as_printed = exact.model_copy(update={"readings": Readings(comparator="as-printed")})
+        as_printed = exact.model_copy(update={"readings": LimitSetReadings(comparator="as-printed")})
         assert impact(category=category, limits=as_printed).requirements[0].verdict == verdict
 
 

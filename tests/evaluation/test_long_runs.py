@@ -18,7 +18,7 @@ from bufferstand.evaluation.condense import block_means, block_starts
 from bufferstand.evaluation.defects import Cleaner
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import Bounds
+from bufferstand.evaluation.long_runs import MemoryBounds
 from bufferstand.evaluation.record import Record, make_record
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
@@ -33,8 +33,8 @@ from tests.evaluation.test_load import ELLIPSE, RATE, csv_of, write
 from tests.recording import samples
 
 ROOT = Path(__file__).parents[2]
-WHOLE = Bounds()
-PIECES = Bounds(whole_rows=100, piece_rows=256)
+WHOLE = MemoryBounds()
+PIECES = MemoryBounds(whole_rows=100, piece_rows=256)
 HIDDEN = np.nan
 
 
@@ -77,7 +77,7 @@ def test_pieces_join(tmp_path: Path, piece: int, points: int) -> None:
     kept = np.delete(np.arange(size), np.r_[700:720, 1071, 1200:1210])
     path = write(tmp_path / "r1.h5", kept=kept)
     whole, facts = load_run(path)
-    short, same = load_run(path, Bounds(whole_rows=100, piece_rows=piece, points=points))
+    short, same = load_run(path, MemoryBounds(whole_rows=100, piece_rows=piece, points=points))
     assert facts == same
     assert whole.breaks == (700, 1051, 1179)
     block = -(-kept.size // points)
@@ -99,7 +99,7 @@ def test_cells_without_a_number_and_time_that_repeats(tmp_path: Path) -> None:
     assert {d.kind for d in whole.defects} >= {"nan", "repeated-time", "backward-time"}
     for piece in (7, 64, 65, 399):
         for points in (10**9, 60):
-            short, _ = load_run(path, Bounds(whole_rows=10, piece_rows=piece, points=points))
+            short, _ = load_run(path, MemoryBounds(whole_rows=10, piece_rows=piece, points=points))
             block = -(-400 // points)
             assert_same(short, shortened(whole, block) if block > 1 else whole, 1e-12)
 
@@ -110,7 +110,7 @@ def test_more_breaks_than_blocks_were_foreseen(tmp_path: Path) -> None:
     path = columns_written(tmp_path / "r.h5", time, stroke, force)
     whole, _ = load_run(path)
     assert len(whole.breaks) == 1666
-    short, _ = load_run(path, Bounds(whole_rows=1000, piece_rows=512, points=100))
+    short, _ = load_run(path, MemoryBounds(whole_rows=1000, piece_rows=512, points=100))
     assert_same(short, shortened(whole, 51), 1e-12)
 
 
@@ -159,7 +159,7 @@ def _limit_of(time: Floats, stroke: Floats) -> float:
     return float(np.max(usual, initial=0.0)) * (1.0 + 1e-9) if gaps.size else np.inf
 
 
-def evaluated(path: Path, bounds: Bounds) -> RunEvaluation:
+def evaluated(path: Path, bounds: MemoryBounds) -> RunEvaluation:
     return evaluate_run(*load_run(path, bounds), Options(draws=200))
 
 
@@ -170,7 +170,7 @@ def test_figures_are_those_of_the_run_read_whole(tmp_path: Path) -> None:
     kept = np.delete(np.arange(columns[0].size), slice(9000, 9120))
     path = columns_written(tmp_path / "r.h5", *(column[kept] for column in columns))
     whole = evaluated(path, WHOLE)
-    short = evaluated(path, Bounds(whole_rows=1000, piece_rows=1024, points=6000))
+    short = evaluated(path, MemoryBounds(whole_rows=1000, piece_rows=1024, points=6000))
     assert short.record.averaged % 4 == 0
     assert [c.cycle.complete for c in short.cycles] == [c.cycle.complete for c in whole.cycles]
     assert short.cycles[5].cycle.why == whole.cycles[5].cycle.why != ()
@@ -258,7 +258,7 @@ def test_a_column_without_a_number_is_named_in_a_long_run_too(tmp_path: Path) ->
 def test_a_temperature_recorded_fast_is_thinned(tmp_path: Path) -> None:
     warm: Floats = 20.0 + 0.01 * np.arange(400)
     path = csv_of(tmp_path / "warm.csv", **{"temperature_1__°C": warm})
-    (sensor,) = load_run(path, Bounds(whole_rows=100, piece_rows=37, readings=50))[0].temperatures
+    (sensor,) = load_run(path, MemoryBounds(whole_rows=100, piece_rows=37, readings=50))[0].temperatures
     np.testing.assert_allclose(sensor.temperature_C, 20.0 + 0.08 * np.arange(50))
     np.testing.assert_allclose(sensor.time_s, 0.08 * np.arange(50))
 
@@ -294,7 +294,7 @@ def test_too_few_points_are_said(cycles: int, points: int, words: str) -> None:
 def test_cycles_as_short_as_a_block_are_not_taken_for_slow_ones(tmp_path: Path) -> None:
     path = columns_written(tmp_path / "r.h5", *Ellipse().columns(9.0, 1000.0, 90.0))
     for points, wrong in ((9000, False), (1000, False), (500, True), (100, True), (89, True)):
-        run = evaluated(path, Bounds(whole_rows=1000, piece_rows=1024, points=points))
+        run = evaluated(path, MemoryBounds(whole_rows=1000, piece_rows=1024, points=points))
         assert any("too coarse" in text for text in run.warnings) == wrong
 
 

@@ -12,7 +12,7 @@ from bufferstand.evaluation.cycles import find_cycles
 from bufferstand.evaluation.error_model import draw_errors
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.further_draws import cycle_draws
-from bufferstand.evaluation.hum import Line
+from bufferstand.evaluation.hum import HumLine
 from bufferstand.evaluation.noise import Noise
 from bufferstand.evaluation.own_errors import OwnErrors, own_errors
 from bufferstand.evaluation.quantities import evaluate_cycle
@@ -95,7 +95,7 @@ def test_hum_makes_of_a_cycle_what_is_drawn(frequency_Hz: float) -> None:
         wave = 0.3 * np.cos(2.0 * np.pi * (frequency_Hz * time + phase))
         for name, value in figures(make_record(time, stroke, force + wave), 1).items():
             changes[name].append(value - without[name])
-    drawn = scatter(own_errors((Line(frequency_Hz, 0.3),), 0.0, time), plain, 1)
+    drawn = scatter(own_errors((HumLine(frequency_Hz, 0.3),), 0.0, time), plain, 1)
     for name in (*ENERGIES, STIFFNESSES[0]):
         found = float(np.sqrt(np.mean(np.square(changes[name]))))
         # Hum that is faster than the loop moves its area by how the ends are read, by less than 1e-5.
@@ -106,7 +106,7 @@ def test_means_of_samples_have_less_of_a_wave() -> None:
     """A wave of 50 Hz at 1 kHz, on points that are means of 12 samples."""
     time = np.arange(1200) / 1000.0
     wave = np.cos(2.0 * np.pi * 50.0 * time)
-    own = own_errors((Line(50.0, 1.0),), 0.0, time)
+    own = own_errors((HumLine(50.0, 1.0),), 0.0, time)
     means = time.reshape(-1, 12).mean(axis=1)
     assert own.rows(means)[0] == pytest.approx(wave.reshape(-1, 12).mean(axis=1), abs=1e-3)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.facts.inspection import Finding, Inspected, Inspection
+from bufferstand.evaluation.facts.inspection import Inspection, InspectionFinding, InspectionHead
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
@@ -29,8 +29,8 @@ def with_tolerance(name: str, tolerance_mm: float) -> LimitSet:
 
 
 def inspected(result: str) -> Inspection:
-    head = Inspected(specimen="B", inspector="N. N.", date=date(2026, 1, 15))
-    return Inspection(inspection=head, item=(Finding(id="serviceable-condition", result=result),))  # type: ignore[arg-type]
+    head = InspectionHead(specimen="B", inspector="N. N.", date=date(2026, 1, 15))
+    return Inspection(inspection=head, item=(InspectionFinding(id="serviceable-condition", result=result),))  # type: ignore[arg-type]
 
 
 def proof(

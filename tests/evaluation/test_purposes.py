@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from bufferstand.cli.commands import evaluate, import_, report
 from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
-from bufferstand.evaluation.archive.identity import Settings, software
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.identity import EvaluationSettings, software
+from bufferstand.evaluation.archive.local import LocalWorkers
 from bufferstand.evaluation.archive.tables import document, runs_frame
 from bufferstand.evaluation.conformity.candidates import candidate_of, standing_of
 from bufferstand.evaluation.conformity.purposes import Candidate, decide_purposes
@@ -206,11 +206,11 @@ def test_the_settings_say_which_run_was_named_and_the_cache_does_not_hang_on_it(
     for name in ("proper", "warm"):
         import_file(tmp_path / f"{name}.csv", runs)
     files = sorted(runs.rglob("*.h5"))
-    settings = Settings(Options(draws=0))
+    settings = EvaluationSettings(Options(draws=0))
 
     def evaluated(*named: str) -> ArchiveEvaluation:
         cache = Cache(tmp_path / "cache", settings.sha256, software().sha256)
-        found = evaluate_archive(files, settings, Local(1), cache, conformity=named)
+        found = evaluate_archive(files, settings, LocalWorkers(1), cache, conformity=named)
         cache.close()
         return found
 

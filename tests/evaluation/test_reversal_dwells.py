@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.commands import Command, CommandCode
 from bufferstand.drivers.simulated.settings import simulation_settings
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.evaluation.cycles import find_cycles
@@ -184,9 +184,9 @@ def stand_record(
     controller = stand.controller
     controller.control(0x000F)
     harmonic = Command(
-        2, Code.HARMONIC, mean_mm=50.0, amplitude_mm=amplitude_mm, frequency_Hz=frequency_Hz, cycles=8
+        2, CommandCode.HARMONIC, mean_mm=50.0, amplitude_mm=amplitude_mm, frequency_Hz=frequency_Hz, cycles=8
     )
-    for command in (Command(1, Code.RAMP, target_mm=50.0, speed_mm_per_s=100.0), harmonic):
+    for command in (Command(1, CommandCode.RAMP, target_mm=50.0, speed_mm_per_s=100.0), harmonic):
         controller.arm(command)
         controller.execute(command.sequence)
         while controller.done_sequence != command.sequence:

@@ -13,7 +13,7 @@ from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.document import evaluation_document
 from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.record import Record, make_record
 from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.evaluation.run import evaluate_run
@@ -141,7 +141,7 @@ def told_of(two_of: Callable[[Floats, Floats], Floats]) -> list[str]:
     two = two_of(time, stroke)
     seen = record(stroke, two, (time, stroke, force))
     signals = Signals(time, {"force": force, "stroke_1": stroke, "stroke_2": two})
-    return [finding.kind for finding in strokes_and_piston(Look(seen, seen, (), FACTS), signals, None)]
+    return [finding.kind for finding in strokes_and_piston(RunView(seen, seen, (), FACTS), signals, None)]
 
 
 @pytest.mark.slow

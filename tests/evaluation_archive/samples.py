@@ -11,13 +11,13 @@ import h5py
 import pytest
 
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
-from bufferstand.evaluation.archive.identity import Settings
+from bufferstand.evaluation.archive.identity import EvaluationSettings
 from bufferstand.evaluation.archive.tables import cycles_frame, document, runs_frame
 from bufferstand.evaluation.facts.run_facts import Options
 from tests.evaluation_report.make_runs import Made, write_campaign
 from tests.recording.samples import flipped
 
-SETTINGS = Settings(Options(draws=50))
+SETTINGS = EvaluationSettings(Options(draws=50))
 NAMES = tuple(
     Made(f"h-{prestress:.0f}-{frequency:g}", prestress, 10.0, frequency, cycles=5)
     for prestress in (30.0, 60.0)

@@ -16,9 +16,9 @@ import pytest
 from bufferstand.evaluation.archive import cache as cache_room
 from bufferstand.evaluation.archive.cache import FILE_NAME, Cache
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
-from bufferstand.evaluation.archive.identity import Settings, software
-from bufferstand.evaluation.archive.kept import Wanted
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.identity import EvaluationSettings, software
+from bufferstand.evaluation.archive.kept import RequestedParts
+from bufferstand.evaluation.archive.local import LocalWorkers
 from bufferstand.evaluation.archive.work import File, Outcome
 from bufferstand.recording import cachefile
 from bufferstand.recording.cachefile import CacheFile
@@ -40,13 +40,13 @@ class Counting:
     def __init__(self) -> None:
         self.given: list[str] = []
 
-    def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+    def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
         self.given += [Path(file.path).name for file in files]
-        yield from Local(1).evaluate(files, settings)
+        yield from LocalWorkers(1).evaluate(files, settings)
 
 
 def evaluated(
-    files: Sequence[Path], folder: Path, settings: Settings = SETTINGS
+    files: Sequence[Path], folder: Path, settings: EvaluationSettings = SETTINGS
 ) -> tuple[ArchiveEvaluation, list[str]]:
     workers = Counting()
     cache = Cache(folder, settings.sha256, software().sha256)
@@ -100,7 +100,7 @@ def test_other_code_is_another_evaluation(
 ) -> None:
     evaluated(runs[:1], tmp_path)
     cache = Cache(tmp_path, SETTINGS.sha256, replace(software(), code_sha256="f" * 64).sha256)
-    assert cache.find("x.h5", "no matter", Wanted()) is None
+    assert cache.find("x.h5", "no matter", RequestedParts()) is None
     assert evaluate_archive(runs[:1], SETTINGS, Counting(), cache).reused == 0
     cache.close()
     monkeypatch.setattr(cache_room, "KEPT_DAYS", 0)
@@ -132,7 +132,7 @@ def test_whether_it_was_changed_just_now_is_asked_when_its_stamp_is_taken(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Slow(Counting):
-        def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+        def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
             monkeypatch.setattr(cachefile, "SETTLED_S", 0.0)  # as if it took longer than that
             yield from super().evaluate(files, settings)
 
@@ -253,7 +253,7 @@ def test_one_that_another_made_anew_is_left_alone(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_deleted_or_forbidden_meanwhile(runs: list[Path], tmp_path: Path) -> None:
     class Deleting(Counting):
-        def evaluate(self, files: Sequence[File], settings: Settings) -> Iterator[Outcome]:
+        def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:
             for outcome in super().evaluate(files, settings):
                 (tmp_path / "cache" / FILE_NAME).unlink(missing_ok=True)
                 yield outcome

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from bufferstand.evaluation.archive.cache import Cache
-from bufferstand.evaluation.archive.cluster import Cluster, _quiet
-from bufferstand.evaluation.archive.evaluate import Progress, evaluate_archive
+from bufferstand.evaluation.archive.cluster import ClusterWorkers, _quiet
+from bufferstand.evaluation.archive.evaluate import ArchiveProgress, evaluate_archive
 from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import DIED, Local
+from bufferstand.evaluation.archive.local import DIED, LocalWorkers
 from bufferstand.evaluation.archive.tables import cycles_frame, write_tables
 from bufferstand.evaluation.archive.work import File, OtherFile, evaluate_batch, mark_of
 from bufferstand.foundation.errors import BadInput, DeviceFault
@@ -47,7 +47,7 @@ def silent(_: str) -> None:
     raise AssertionError(_)
 
 
-def table(folder: Path, name: str, files: Sequence[Path], workers: Local | Cluster) -> bytes:
+def table(folder: Path, name: str, files: Sequence[Path], workers: LocalWorkers | ClusterWorkers) -> bytes:
     evaluation = evaluate_archive(files, SETTINGS, workers)
     write_tables(evaluation, folder / f"{name}.csv", folder / f"{name}-runs.csv")
     return (folder / f"{name}.csv").read_bytes() + (folder / f"{name}-runs.csv").read_bytes()
@@ -63,16 +63,18 @@ def test_the_same_table_with_a_worker_killed_midway(
     bad.write_bytes(runs[3].read_bytes())
     damaged(bad)
     files = [path.relative_to(tmp_path) for path in (*runs[:4], bad, *runs[4:])]
-    expected = table(tmp_path, "here", files, Local(1))
+    expected = table(tmp_path, "here", files, LocalWorkers(1))
     with dask_cluster(tmp_path, 2) as cluster:
-        killed: list[Progress] = []
+        killed: list[ArchiveProgress] = []
 
-        def kill_one(progress: Progress) -> None:
+        def kill_one(progress: ArchiveProgress) -> None:
             if progress.done >= 2 and not killed:
                 killed.append(progress)
                 cluster.kill(cluster.workers[0])
 
-        evaluation = evaluate_archive(files, SETTINGS, Cluster(cluster.address, silent), report=kill_one)
+        evaluation = evaluate_archive(
+            files, SETTINGS, ClusterWorkers(cluster.address, silent), report=kill_one
+        )
         assert killed
         assert [Path(failure.path).name for failure in evaluation.failures] == ["bad.h5"]
         write_tables(evaluation, tmp_path / "there.csv", tmp_path / "there-runs.csv")
@@ -87,14 +89,14 @@ def test_a_file_that_kills_its_worker(
     """The workers' nannies start them again; the file is named and the others have their results."""
     poison = runs[0].with_name("poison.h5")
     poison.write_bytes(runs[0].read_bytes())
-    expected = evaluate_archive(runs[:3], SETTINGS, Local(1))
+    expected = evaluate_archive(runs[:3], SETTINGS, LocalWorkers(1))
     place = let_poison_kill(tmp_path, monkeypatch)
     values = {"PYTHONPATH": f"{place}:{ROOT}"}
     cluster = DaskCluster(tmp_path)
     try:
         cluster.start_scheduler({"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"})
         cluster.start_worker(values, nanny=True)
-        found = evaluate_archive([poison, *runs[:3]], SETTINGS, Cluster(cluster.address, silent))
+        found = evaluate_archive([poison, *runs[:3]], SETTINGS, ClusterWorkers(cluster.address, silent))
     finally:
         cluster.close()
     assert [(failure.problem, failure.lost) for failure in found.failures] == [(DIED, True)]
@@ -103,7 +105,7 @@ def test_a_file_that_kills_its_worker(
 
 @pytest.mark.long
 def test_a_scheduler_that_is_restarted(runs: list[Path], tmp_path: Path) -> None:
-    expected = all_of_it(evaluate_archive(runs, SETTINGS, Local(1)))
+    expected = all_of_it(evaluate_archive(runs, SETTINGS, LocalWorkers(1)))
     with dask_cluster(tmp_path, 1) as cluster:
         restarted: list[threading.Thread] = []
 
@@ -114,12 +116,12 @@ def test_a_scheduler_that_is_restarted(runs: list[Path], tmp_path: Path) -> None
             cluster.start_scheduler()
             cluster.start_worker()
 
-        def restart_once(progress: Progress) -> None:
+        def restart_once(progress: ArchiveProgress) -> None:
             if progress.done >= 2 and not restarted:
                 restarted.append(threading.Thread(target=restart))
                 restarted[0].start()
 
-        workers = Cluster(cluster.address, silent)
+        workers = ClusterWorkers(cluster.address, silent)
         assert all_of_it(evaluate_archive(runs, SETTINGS, workers, report=restart_once)) == expected
         restarted[0].join()
 
@@ -148,7 +150,7 @@ def test_what_cannot_be_a_worker(runs: list[Path], tmp_path: Path, other_code: P
         for environment, said in cases:
             worker = cluster.start_worker(environment)
             with pytest.raises(BadInput, match=said):
-                evaluate_archive(runs[:2], SETTINGS, Cluster(cluster.address, silent))
+                evaluate_archive(runs[:2], SETTINGS, ClusterWorkers(cluster.address, silent))
             cluster.kill(worker)
     finally:
         cluster.close()
@@ -175,8 +177,8 @@ def test_a_worker_that_sees_another_archive(
     with dask_cluster(tmp_path, 0) as cluster:
         cluster.start_worker(folder=tmp_path / "stale")
         with pytest.raises(BadInput, match=r"b\.h5: worker tcp://\S+ sees another file under this path"):
-            evaluate_archive(files, SETTINGS, Cluster(cluster.address, silent), cache)
-    found = evaluate_archive(files, SETTINGS, Local(1), cache)
+            evaluate_archive(files, SETTINGS, ClusterWorkers(cluster.address, silent), cache)
+    found = evaluate_archive(files, SETTINGS, LocalWorkers(1), cache)
     cache.close()
     assert [run.facts["sha256"] for run in found.runs] == [
         read_metadata(path)["content_sha256"] for path in runs[:2]
@@ -198,7 +200,7 @@ def test_a_worker_that_joins_late_and_sees_no_archive(
     with dask_cluster(tmp_path, 0) as cluster:
         first = cluster.start_worker({"PYTHONPATH": os.environ["PYTHONPATH"]}, folder=mine)
 
-        def replace_worker(progress: Progress) -> None:
+        def replace_worker(progress: ArchiveProgress) -> None:
             if progress.done != 1:
                 return
             until((mine / "slow.h5.opened").exists)
@@ -210,7 +212,7 @@ def test_a_worker_that_joins_late_and_sees_no_archive(
             evaluate_archive(
                 [HERE / "run.h5", HERE / "slow.h5"],
                 SETTINGS,
-                Cluster(cluster.address, silent),
+                ClusterWorkers(cluster.address, silent),
                 report=replace_worker,
             )
 
@@ -240,22 +242,24 @@ def test_what_dask_logs_of_a_restart_is_not_shown(name: str) -> None:
 
 def test_no_scheduler(runs: list[Path]) -> None:
     with pytest.raises(BadInput, match="no scheduler answers there"):
-        evaluate_archive(runs[:2], SETTINGS, Cluster("nonsense", silent))
+        evaluate_archive(runs[:2], SETTINGS, ClusterWorkers("nonsense", silent))
 
 
 @pytest.mark.long
 def test_nobody_there(runs: list[Path], tmp_path: Path) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     with pytest.raises(BadInput, match="no scheduler answers there"):
-        evaluate_archive(runs[:2], SETTINGS, Cluster(address, silent))
+        evaluate_archive(runs[:2], SETTINGS, ClusterWorkers(address, silent))
     with dask_cluster(tmp_path, 0) as cluster:
         with pytest.raises(BadInput, match="no worker has joined the cluster"):
-            evaluate_archive(runs[:2], SETTINGS, Cluster(cluster.address, silent, lost_s=1.0))
+            evaluate_archive(runs[:2], SETTINGS, ClusterWorkers(cluster.address, silent, lost_s=1.0))
         worker = cluster.start_worker()
 
-        def kill_all(progress: Progress) -> None:
+        def kill_all(progress: ArchiveProgress) -> None:
             if progress.done:
                 cluster.kill(worker)
 
         with pytest.raises(DeviceFault, match="all workers are gone"):
-            evaluate_archive(runs, SETTINGS, Cluster(cluster.address, silent, lost_s=20.0), report=kill_all)
+            evaluate_archive(
+                runs, SETTINGS, ClusterWorkers(cluster.address, silent, lost_s=20.0), report=kill_all
+            )

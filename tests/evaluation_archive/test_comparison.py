@@ -8,7 +8,11 @@ from typing import Any
 
 import pytest
 
-from bufferstand.evaluation.archive.comparison import Comparison, compare_evaluations, load_evaluation
+from bufferstand.evaluation.archive.comparison import (
+    EvaluationComparison,
+    compare_evaluations,
+    load_evaluation,
+)
 from bufferstand.evaluation.document import SCHEMA
 from bufferstand.foundation.errors import BadInput
 
@@ -38,7 +42,7 @@ def entry(
     }
 
 
-def compared(old: list[dict[str, Any]], new: list[dict[str, Any]], **options: bool) -> Comparison:
+def compared(old: list[dict[str, Any]], new: list[dict[str, Any]], **options: bool) -> EvaluationComparison:
     return compare_evaluations({"runs": old}, {"runs": new}, **options)
 
 

@@ -12,9 +12,9 @@ import pytest
 from bufferstand.cli.main import main
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
 from bufferstand.evaluation.archive.facts import results_by_path
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.local import LocalWorkers
 from bufferstand.evaluation.archive.tables import document, runs_frame
-from bufferstand.evaluation.copies import SHOWN, Recording, each_once
+from bufferstand.evaluation.copies import SHOWN, RecordingIdentity, each_once
 from bufferstand.evaluation.document import evaluate_paths
 from tests.evaluation_archive.samples import SETTINGS, archive
 
@@ -35,9 +35,9 @@ def copied(path: Path, name: str) -> Path:
 @pytest.mark.slow
 def test_a_copy_changes_no_figure_and_is_named_once(tmp_path: Path) -> None:
     runs = archive(tmp_path)[:4]
-    alone = document(evaluate_archive(runs, SETTINGS, Local(1)))
+    alone = document(evaluate_archive(runs, SETTINGS, LocalWorkers(1)))
     copy = copied(runs[1], "zz.h5")
-    evaluation = evaluate_archive([*runs, copy], SETTINGS, Local(1))
+    evaluation = evaluate_archive([*runs, copy], SETTINGS, LocalWorkers(1))
     both = document(evaluation)
     assert both["runs"] == alone["runs"]
     assert both["trends"] == alone["trends"]
@@ -81,15 +81,15 @@ def test_a_program_that_reads_the_json_is_told_on_standard_error(
 
 
 def test_runs_of_two_campaigns_with_one_id_are_no_copies() -> None:
-    one = Recording("a.h5", "001", "h1", "s1", "A", BEGUN)
-    other = Recording("b.h5", "001", "h2", "s2", "B", BEGUN)
+    one = RecordingIdentity("a.h5", "001", "h1", "s1", "A", BEGUN)
+    other = RecordingIdentity("b.h5", "001", "h2", "s2", "B", BEGUN)
     assert each_once([one, other]).kept == (0, 1)
     assert each_once([one, other]).warnings == ()
 
 
 def test_two_different_files_of_one_run_are_doubted() -> None:
-    one = Recording("a.h5", "001", "h1", "s1", "A", BEGUN)
-    other = Recording("b.h5", "001", "h2", "s2", "A", BEGUN)
+    one = RecordingIdentity("a.h5", "001", "h1", "s1", "A", BEGUN)
+    other = RecordingIdentity("b.h5", "001", "h2", "s2", "A", BEGUN)
     told = each_once([one, other])
     assert told.kept == (0, 1)
     (text,) = told.warnings
@@ -97,11 +97,11 @@ def test_two_different_files_of_one_run_are_doubted() -> None:
 
 
 def test_runs_without_a_file_or_samples_are_never_copies() -> None:
-    assert each_once([Recording("", "x"), Recording("", "x")]).kept == (0, 1)
+    assert each_once([RecordingIdentity("", "x"), RecordingIdentity("", "x")]).kept == (0, 1)
 
 
 def test_many_copies_are_one_message() -> None:
-    files = [Recording(f"{n}.h5", "001", "h", "s") for n in range(SHOWN + 3)]
+    files = [RecordingIdentity(f"{n}.h5", "001", "h", "s") for n in range(SHOWN + 3)]
     told = each_once(files)
     assert (told.kept, len(told.copies)) == ((0,), SHOWN + 2)
     (text,) = told.warnings

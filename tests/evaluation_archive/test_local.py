@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from bufferstand.evaluation.archive.evaluate import Progress, evaluate_archive
+from bufferstand.evaluation.archive.evaluate import ArchiveProgress, evaluate_archive
 from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import DIED, Local
+from bufferstand.evaluation.archive.local import DIED, LocalWorkers
 from bufferstand.evaluation.archive.tables import cycles_frame, write_document, write_tables
 from bufferstand.evaluation.archive.work import (
     MOST_BYTES,
@@ -32,7 +32,7 @@ def test_processes_give_what_this_one_gives_and_bad_files_stop_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs = archive(tmp_path)
-    here = evaluate_archive(runs, SETTINGS, Local(1))
+    here = evaluate_archive(runs, SETTINGS, LocalWorkers(1))
     assert here.failures == ()
 
     broken, foreign, gone = runs[1].with_name("damaged.h5"), runs[1].with_name("f.h5"), tmp_path / "gone.h5"
@@ -42,9 +42,9 @@ def test_processes_give_what_this_one_gives_and_bad_files_stop_nothing(
     poison = runs[2].with_name("poison.h5")
     poison.write_bytes(runs[2].read_bytes())
     let_poison_kill(tmp_path, monkeypatch)
-    told: list[Progress] = []
+    told: list[ArchiveProgress] = []
     files = [*runs[:2], broken, foreign, poison, gone, *runs[2:]]
-    there = evaluate_archive(files, SETTINGS, Local(2), report=told.append)
+    there = evaluate_archive(files, SETTINGS, LocalWorkers(2), report=told.append)
 
     assert [Path(failure.path).name for failure in there.failures] == [
         "damaged.h5", "f.h5", "poison.h5", "gone.h5"
@@ -52,7 +52,7 @@ def test_processes_give_what_this_one_gives_and_bad_files_stop_nothing(
     assert "no HDF5 file" in there.failures[1].problem
     assert (there.failures[2].problem, there.failures[2].lost) == (DIED, True)
     assert "no such file" in there.failures[3].problem
-    assert told[-1] == Progress(done=12, total=12, reused=0, failed=4)
+    assert told[-1] == ArchiveProgress(done=12, total=12, reused=0, failed=4)
     one, two = all_of_it(here), all_of_it(there)
     assert one[0] == two[0]
     assert one[2]["runs"] == two[2]["runs"]  # type: ignore[index]
@@ -64,7 +64,7 @@ def test_the_same_as_without_processes_and_keeping(tmp_path: Path) -> None:
     """What is kept and sent loses nothing: the document is that of the plain evaluation."""
     runs = archive(tmp_path)[:3]
     plain = evaluate_paths(runs, SETTINGS.options)
-    evaluation = evaluate_archive(runs, SETTINGS, Local(1))
+    evaluation = evaluate_archive(runs, SETTINGS, LocalWorkers(1))
     with (tmp_path / "e.json").open("w") as stream:
         write_document(evaluation, stream)
     kept = json.loads((tmp_path / "e.json").read_text())
@@ -77,7 +77,7 @@ def test_the_same_as_without_processes_and_keeping(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_long_document_is_written_run_by_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    evaluation = evaluate_archive(archive(tmp_path)[:3], SETTINGS, Local(1))
+    evaluation = evaluate_archive(archive(tmp_path)[:3], SETTINGS, LocalWorkers(1))
     texts = []
     for most in (20, 2):
         monkeypatch.setattr("bufferstand.evaluation.archive.tables.PRETTY_RUNS", most)
@@ -89,7 +89,7 @@ def test_a_long_document_is_written_run_by_run(tmp_path: Path, monkeypatch: pyte
 
 
 def test_csv_says_what_pandas_writes(tmp_path: Path) -> None:
-    evaluation = evaluate_archive(archive(tmp_path)[:2], SETTINGS, Local(1))
+    evaluation = evaluate_archive(archive(tmp_path)[:2], SETTINGS, LocalWorkers(1))
     write_tables(evaluation, tmp_path / "c.csv", None)
     texts = (tmp_path / "c.csv").read_text(), cycles_frame(evaluation).to_csv(index=False)
     ours, theirs = (list(csv.reader(StringIO(text))) for text in texts)
@@ -104,7 +104,7 @@ def test_csv_says_what_pandas_writes(tmp_path: Path) -> None:
 def test_every_row_can_be_traced(tmp_path: Path, suffix: str) -> None:
     runs = archive(tmp_path)[:2]
     (tmp_path / "no.h5").touch()
-    evaluation = evaluate_archive([*runs, tmp_path / "no.h5"], SETTINGS, Local(1))
+    evaluation = evaluate_archive([*runs, tmp_path / "no.h5"], SETTINGS, LocalWorkers(1))
     names = tmp_path / f"cycles{suffix}", tmp_path / f"runs{suffix}"
     write_tables(evaluation, *names)
     readers = {".csv": pd.read_csv, ".parquet": pd.read_parquet, ".xlsx": pd.read_excel}

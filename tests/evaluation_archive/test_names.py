@@ -13,7 +13,7 @@ from bufferstand.cli.commands.runs import command
 from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
 from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.local import LocalWorkers
 from bufferstand.evaluation.archive.sources import find_runs
 from bufferstand.evaluation.archive.tables import write_document, write_tables
 from bufferstand.foundation.names import readable
@@ -43,7 +43,7 @@ def test_evaluated_and_kept(folder: Path, tmp_path: Path) -> None:
     files = find_runs([str(folder / "*.h5")])
     for reused in (0, 3):
         cache = Cache(tmp_path / "cache", SETTINGS.sha256, software().sha256)
-        evaluation = evaluate_archive(files, SETTINGS, Local(1), cache)
+        evaluation = evaluate_archive(files, SETTINGS, LocalWorkers(1), cache)
         cache.close()
         assert evaluation.reused == reused
         assert sorted(Path(run.path).name for run in evaluation.runs) == NAMES

@@ -13,7 +13,7 @@ from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.html import render_html
 from bufferstand.evaluation.report.pdf import render_pdf
 from bufferstand.evaluation.report.reading import read_source
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from tests.evaluation_report.make_runs import hand_made_document, write_campaign
 
 
@@ -22,7 +22,7 @@ class Made:
     """A report of the whole campaign."""
 
     folder: Path
-    source: Source
+    source: ReportSource
     content: Content
     figures: tuple[str, ...]
     html: str

@@ -15,7 +15,7 @@ import pytest
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_checklist import flat
 from tests.monitor.browser import chromium
@@ -36,7 +36,7 @@ def browser() -> Iterator[Any]:
         yield browser
 
 
-def hostile(source: Source) -> Source:
+def hostile(source: ReportSource) -> ReportSource:
     """Return the source with a specimen, an operator and a reason that want to be markup."""
     runs = []
     for run in source.runs:

@@ -14,7 +14,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content import Section, Table
 from bufferstand.evaluation.report.html import render_html
 from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.results import RunEvaluation
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made
@@ -26,12 +26,12 @@ def evaluated() -> RunEvaluation:
 
 
 @pytest.fixture(scope="module")
-def source(report: Made) -> Source:
+def source(report: Made) -> ReportSource:
     return report.source
 
 
 @pytest.fixture(scope="module")
-def budgeted(source: Source, evaluated: RunEvaluation) -> Source:
+def budgeted(source: ReportSource, evaluated: RunEvaluation) -> ReportSource:
     entry = json.loads(json.dumps(run_entry(evaluated)))
     first, *others = source.runs
     with_budget = replace(first, evaluated={**first.evaluated, "budget": entry["budget"]})
@@ -44,15 +44,15 @@ def table_of(section: Section | None) -> Table:
     return table
 
 
-def test_every_source_has_a_row(budgeted: Source, evaluated: RunEvaluation) -> None:
+def test_every_source_has_a_row(budgeted: ReportSource, evaluated: RunEvaluation) -> None:
     table = table_of(budgets_section(budgeted))
     sources = [row[0].text for row in table.rows]
     assert sources[:-2] == list(dict.fromkeys(line.source for b in evaluated.budget for line in b.lines))
     assert sources[-2:] == ["Combined", "Monte Carlo"]
-    assert [c.title for c in table.columns[:5]] == ["Source", "u", "ν", "c(W_s)", "u(W_s)"]
+    assert [c.title for c in table.columns[:5]] == ["ReportSource", "u", "ν", "c(W_s)", "u(W_s)"]
 
 
-def test_the_numbers_are_those_of_the_budget(budgeted: Source, evaluated: RunEvaluation) -> None:
+def test_the_numbers_are_those_of_the_budget(budgeted: ReportSource, evaluated: RunEvaluation) -> None:
     table = table_of(budgets_section(budgeted))
     zero = next(row for row in table.rows if row[0].text == "force: zero")
     stored = evaluated.budget[0]
@@ -66,7 +66,7 @@ def test_the_numbers_are_those_of_the_budget(budgeted: Source, evaluated: RunEva
     )
 
 
-def test_it_is_a_section_of_the_report(budgeted: Source, source: Source) -> None:
+def test_it_is_a_section_of_the_report(budgeted: ReportSource, source: ReportSource) -> None:
     content = build_content(budgeted)
     assert "uncertainty-budget" in [s.id for s in content.sections]
     figures = tuple(draw(picture.plot) for picture in content.pictures())

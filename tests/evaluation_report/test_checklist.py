@@ -19,7 +19,7 @@ from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.fields import ReportFields
 from bufferstand.evaluation.report.html import render_html
 from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.requirements.limit_set import shipped_limit_set
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made
@@ -61,7 +61,7 @@ def places() -> list[Place]:
     return found
 
 
-def complete(source: Source) -> Source:
+def complete(source: ReportSource) -> ReportSource:
     """Return the source as a laboratory would hand it in, with everything that may be asked for."""
     limits = shipped_limit_set()
     runs = []

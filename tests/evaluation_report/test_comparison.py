@@ -17,8 +17,8 @@ from bufferstand.evaluation.report.build_comparison import build_comparison
 from bufferstand.evaluation.report.content import Content, Table
 from bufferstand.evaluation.report.fields import ReportFields, read_fields
 from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.sides import Sides, conditions_of, side_by_side
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.sides import ComparedSpecimens, conditions_of, side_by_side
+from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.report.writing import write_comparison
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
@@ -47,7 +47,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, Path]
     )
 
 
-def sides_of(folders: tuple[Path, ...], factors: tuple[float, ...]) -> Sides:
+def sides_of(folders: tuple[Path, ...], factors: tuple[float, ...]) -> ComparedSpecimens:
     document = hand_made_document(RUNS)
     sources = [
         read_source(folder, softer(document, factor)) for folder, factor in zip(folders, factors, strict=True)
@@ -155,7 +155,7 @@ def test_what_cannot_be_compared_is_refused(folders: tuple[Path, Path, Path], tm
 
 
 def reevaluated(report: Made, earlier: dict[str, Any]) -> Content:
-    source: Source = dataclasses.replace(report.source, earlier=earlier)
+    source: ReportSource = dataclasses.replace(report.source, earlier=earlier)
     return build_content(source)
 
 

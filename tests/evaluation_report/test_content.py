@@ -15,7 +15,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.closing import deviations_section
 from bufferstand.evaluation.report.content import DASH, Cell, Column, Content, Table, VerdictLine
 from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.source import ReportRun, Source, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.evaluation.report.verdicts import is_condition, name_of, verdict_cell, verdict_line, worst
 from bufferstand.protocols.steps import ForceCycles
 from tests.evaluation_report.conftest import Made
@@ -56,12 +56,12 @@ def everything(content: Content) -> str:
     return "\n".join(strings(content.document()))
 
 
-def with_run(source: Source, number: int, **changes: Any) -> Source:
+def with_run(source: ReportSource, number: int, **changes: Any) -> ReportSource:
     runs = tuple(dataclasses.replace(r, **changes) if r.number == number else r for r in source.runs)
     return dataclasses.replace(source, runs=runs)
 
 
-def with_evaluated(source: Source, number: int, **changes: Any) -> Source:
+def with_evaluated(source: ReportSource, number: int, **changes: Any) -> ReportSource:
     (run,) = [r for r in source.runs if r.number == number]
     return with_run(source, number, evaluated={**run.evaluated, **changes})
 
@@ -429,7 +429,7 @@ def test_forces_that_were_not_met_stand_in_the_report(report: Made) -> None:
     assert not [one for one in tables(report.content) if one.title == "Forces asked and reached"]
 
 
-def stated(source: Source, *, simulated: bool, name: str) -> Source:
+def stated(source: ReportSource, *, simulated: bool, name: str) -> ReportSource:
     """Return the same runs with the fact stated, on a stand of that name."""
     for run in source.runs:
         metadata = copy.deepcopy(dict(run.metadata))

@@ -11,7 +11,7 @@ from bufferstand.evaluation.evidence import comparison_entries
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content import Content, Section, Table
 from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from tests.evaluation.test_thermal_comparison import static
 from tests.evaluation_report.conftest import Made
 
@@ -28,7 +28,7 @@ WIRES = {
 INERTIA = {"moving_mass_kg": 150.0, "source": "stand", "largest_force_kN": 0.193}
 
 
-def with_facts(source: Source, number: int, **facts: Any) -> Source:
+def with_facts(source: ReportSource, number: int, **facts: Any) -> ReportSource:
     runs = list(source.runs)
     runs[number] = replace(runs[number], evaluated={**runs[number].evaluated, **facts})
     return replace(source, runs=tuple(runs))

@@ -8,7 +8,7 @@ import pytest
 
 from bufferstand.evaluation.figures import style
 from bufferstand.evaluation.figures.loops import (
-    Loop,
+    LoopCurve,
     amplitude_loops,
     dynamic_loops,
     frequency_loops,
@@ -16,15 +16,23 @@ from bufferstand.evaluation.figures.loops import (
 )
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.figures.plot import Plot, Window
-from bufferstand.evaluation.figures.timeline import Step, Trace, stroke_plot, temperature_plot, time_unit
+from bufferstand.evaluation.figures.timeline import (
+    TimelineStep,
+    Trace,
+    stroke_plot,
+    temperature_plot,
+    time_unit,
+)
 from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
 from tests.evaluation_report.conftest import Made
 
 
-def loop(prestress: float = 50.0, amplitude: float = 20.0, frequency: float = 0.5, size: int = 4001) -> Loop:
+def loop(
+    prestress: float = 50.0, amplitude: float = 20.0, frequency: float = 0.5, size: int = 4001
+) -> LoopCurve:
     phase = np.linspace(0.0, 2.0 * np.pi, size)
     stroke = prestress - amplitude * np.cos(phase)
-    return Loop("1", 1, stroke, 4.0 * stroke + 20.0 * np.sin(phase), prestress, amplitude, frequency)
+    return LoopCurve("1", 1, stroke, 4.0 * stroke + 20.0 * np.sin(phase), prestress, amplitude, frequency)
 
 
 def words(svg: str) -> set[str]:
@@ -35,7 +43,7 @@ def words(svg: str) -> set[str]:
 def plots() -> dict[str, Plot]:
     f, v = np.array([0.1, 0.5, 1.0]), np.array([0.23, 0.228, 0.225])
     series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, (f, v - 0.01, v + 0.01))
-    steps = [Step("1", 0.0, 50.0), Step("2", 60.0, 100.0, "stopped")]
+    steps = [TimelineStep("1", 0.0, 50.0), TimelineStep("2", 60.0, 100.0, "stopped")]
     time = np.arange(0.0, 100.0)
     trace = Trace("spring plate 3", time, 20.0 + time / 5.0)
     window = Window(60.0, 100.0, 400.0, (240.0,), "pass", "100–400")
@@ -180,7 +188,7 @@ def test_time_is_in_a_unit_that_reads_well(duration: float, unit: str) -> None:
 
 
 def test_facts_of_a_plot_are_json_without_nan() -> None:
-    curve = static_loops([Loop("1", 1, np.array([0.0, np.nan, 2.0]), np.array([1.0, np.nan, 3.0]))])
+    curve = static_loops([LoopCurve("1", 1, np.array([0.0, np.nan, 2.0]), np.array([1.0, np.nan, 3.0]))])
     facts = curve.facts()
     assert facts["curves"][0]["x"] == [0.0, None, 2.0]
     assert facts["x_label"] == "Stroke [mm]"

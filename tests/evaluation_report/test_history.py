@@ -15,7 +15,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content import Cell, Section, Table
 from bufferstand.evaluation.report.history import MOST_ROWS, contact_section, history_section
 from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.source import ReportRun, Source
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
 from tests.evaluation_report.campaigns import (
     PRELOAD_LOST_KN,
     RELAXES_KN,
@@ -27,7 +27,7 @@ from tests.evaluation_report.conftest import Made
 
 
 @pytest.fixture(scope="module")
-def source(tmp_path_factory: pytest.TempPathFactory) -> Source:
+def source(tmp_path_factory: pytest.TempPathFactory) -> ReportSource:
     folder = write_eventful_campaign(tmp_path_factory.mktemp("eventful") / "campaign")
     return read_source(folder, None, Given(options=Options(draws=200)))
 
@@ -48,7 +48,7 @@ def value(cell: Cell) -> tuple[float, float]:
     return float(one), float(U)
 
 
-def test_by_how_much_the_zero_is_off(source: Source) -> None:
+def test_by_how_much_the_zero_is_off(source: ReportSource) -> None:
     rows = {row["Run"].text: row for row in table(contact_section(source), "Place of first contact")}
     assert list(rows) == ["1", "2", "6"], "static runs only"
     off, U = value(rows["6"]["Zero counted from contact ± U"])
@@ -58,7 +58,7 @@ def test_by_how_much_the_zero_is_off(source: Source) -> None:
     assert rows["1"]["Zero stated within"].text == "0.1"
 
 
-def test_a_hold_and_what_stays_of_strokes(source: Source) -> None:
+def test_a_hold_and_what_stays_of_strokes(source: ReportSource) -> None:
     (hold,) = table(history_section(source), "Holds")
     assert (hold["Run"].text, hold["Kind"].text, hold["Length"].text) == ("2", "relaxation", "100.0")
     slope, U = value(hold["a decade of time ± U"])
@@ -68,7 +68,7 @@ def test_a_hold_and_what_stays_of_strokes(source: Source) -> None:
     assert all(abs(value(row["Stays after the stroke ± U"])[0]) < 0.01 for row in strokes)
 
 
-def test_settling_and_energy_of_each_run(source: Source) -> None:
+def test_settling_and_energy_of_each_run(source: ReportSource) -> None:
     rows = {row["Run"].text: row for row in table(history_section(source), "Settling")}
     assert list(rows) == ["1", "2", "3", "4", "5", "6"]
     change, U = value(rows["3"]["Wₐ, first to last ± U"])
@@ -84,7 +84,7 @@ def test_settling_and_energy_of_each_run(source: Source) -> None:
     )
 
 
-def test_before_and_after_with_the_preload(source: Source) -> None:
+def test_before_and_after_with_the_preload(source: ReportSource) -> None:
     rows = {row["Figure"].text: row for row in table(history_section(source), "Before and after")}
     assert {row["Run"].text for row in rows.values()} == {"6"}
     change, U = value(rows["Preload"]["Change ± U"])
@@ -96,7 +96,7 @@ def test_before_and_after_with_the_preload(source: Source) -> None:
     assert rows["Tangent stiffness"]["Beyond U"].text == "no"
 
 
-def test_proof_loads_are_added_up(source: Source) -> None:
+def test_proof_loads_are_added_up(source: ReportSource) -> None:
     rows = table(history_section(source), "Proof loads")
     assert [(r["Run"].text, r["Load cycles"].text, r["In all"].text) for r in rows] == [
         ("4", "3", "5"),
@@ -104,7 +104,7 @@ def test_proof_loads_are_added_up(source: Source) -> None:
     ]
 
 
-def test_of_many_the_first_and_the_last(source: Source) -> None:
+def test_of_many_the_first_and_the_last(source: ReportSource) -> None:
     run = source.runs[0]
     many = [{**run.evaluated["residual_strokes"][0], "cycle": n} for n in range(1, 31)]
     crowded = replace(source, runs=(replace(run, evaluated={**run.evaluated, "residual_strokes": many}),))
@@ -116,7 +116,7 @@ def test_of_many_the_first_and_the_last(source: Source) -> None:
     assert any("run 1: 12 of 30" in note for note in notes)
 
 
-def test_runs_of_other_campaigns_are_left_out(source: Source) -> None:
+def test_runs_of_other_campaigns_are_left_out(source: ReportSource) -> None:
     """An evaluation document may be of more runs than the report."""
     two = replace(source, runs=(source.runs[2],))
     section = history_section(two)
@@ -126,7 +126,9 @@ def test_runs_of_other_campaigns_are_left_out(source: Source) -> None:
     assert contact_section(two) is None
 
 
-def test_where_it_stands_and_where_there_is_nothing(source: Source, report: Made, tmp_path: Path) -> None:
+def test_where_it_stands_and_where_there_is_nothing(
+    source: ReportSource, report: Made, tmp_path: Path
+) -> None:
     identities = [section.id for section in build_content(source).sections]
     at = identities.index("first-contact")
     assert identities[at - 1 : at + 2] == ["cycles", "first-contact", "history"]
@@ -135,7 +137,7 @@ def test_where_it_stands_and_where_there_is_nothing(source: Source, report: Made
     assert {"first-contact", "history"} & {section.id for section in report.content.sections} == set()
 
 
-def test_the_same_as_tables_in_python(source: Source) -> None:
+def test_the_same_as_tables_in_python(source: ReportSource) -> None:
     """The public API gives what the report prints."""
     document = dict(source.document)
     (hold,) = api.holds(document).to_dict("records")
@@ -150,7 +152,7 @@ def test_the_same_as_tables_in_python(source: Source) -> None:
     assert abs(changes.change["preload_kN"] + PRELOAD_LOST_KN) < changes.expanded_uncertainty["preload_kN"]
 
 
-def test_each_zero_is_shown_once_with_the_runs_that_count_from_it(source: Source) -> None:
+def test_each_zero_is_shown_once_with_the_runs_that_count_from_it(source: ReportSource) -> None:
     def zeroed(run: ReportRun, minute: int) -> ReportRun:
         channel = {"name": "stroke_1", "value": 1.5 + minute / 100.0, "u": 0.02}
         zero = {"how": "touch", "taken_over": False, "found": f"2026-11-23T10:{minute:02d}:00+00:00"}

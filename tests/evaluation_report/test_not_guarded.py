@@ -6,15 +6,15 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from bufferstand.evaluation.report.identification import _not_guarded
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 
 
-def source(*runs: tuple[int, list[str] | None]) -> Source:
+def source(*runs: tuple[int, list[str] | None]) -> ReportSource:
     def fact_of(said: list[str] | None) -> Any:
         return lambda *path: said if path == ("limits", "not_guarded") else None
 
     found = tuple(SimpleNamespace(number=number, fact=fact_of(said)) for number, said in runs)
-    return cast(Source, SimpleNamespace(runs=found))
+    return cast(ReportSource, SimpleNamespace(runs=found))
 
 
 def test_what_is_true_of_all_runs_is_said_once_and_else_with_its_runs() -> None:

@@ -15,7 +15,7 @@ import pytest
 from bufferstand.evaluation.report.content import Section, Sheet, Texts
 from bufferstand.evaluation.report.fields import read_fields
 from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.source import Source
+from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.report.validated import software_section
 from bufferstand.evaluation.validation.proof import validate
 from bufferstand.evaluation.validation.standard_sets import shipped_sets
@@ -40,7 +40,7 @@ def words(section: Section) -> str:
     return "\n".join(parts)
 
 
-def evaluated_by(source: Source, code: str) -> Source:
+def evaluated_by(source: ReportSource, code: str) -> ReportSource:
     document = {**source.document, "software": {"version": "0.1.0", "code_sha256": code}}
     return dataclasses.replace(source, document=document, validation=validation_record())
 

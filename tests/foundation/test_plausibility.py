@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bufferstand.foundation.channel import Calibration, Channel, Plausibility
-from bufferstand.foundation.plausibility import Watch
+from bufferstand.foundation.plausibility import PlausibilityWatch
 
 WIRE = Channel(
     name="stroke_1",
@@ -23,10 +23,12 @@ FORCE = Channel(
 )
 
 
-def look(channel: Channel, counts: list[int], first_us: int = 0, watch: Watch | None = None) -> list[str]:
+def look(
+    channel: Channel, counts: list[int], first_us: int = 0, watch: PlausibilityWatch | None = None
+) -> list[str]:
     raw = np.array(counts)
     time_us = first_us + 1000 * np.arange(len(counts))
-    found = (watch or Watch(channel)).look(time_us, raw, channel.calibration.apply(raw))
+    found = (watch or PlausibilityWatch(channel)).look(time_us, raw, channel.calibration.apply(raw))
     return [f"{item.kind} {item.first} {item.samples}: {item.what}" for item in found]
 
 
@@ -47,7 +49,7 @@ def test_a_broken_wire_is_named() -> None:
 
 
 def test_a_wire_that_snaps_is_named_also_between_two_blocks() -> None:
-    watch = Watch(WIRE)
+    watch = PlausibilityWatch(WIRE)
     assert look(WIRE, [5000, 5010], 0, watch) == []
     found = look(WIRE, [5210, 5220], 2000, watch)
     assert len(found) == 1
@@ -58,7 +60,7 @@ def test_a_wire_that_snaps_is_named_also_between_two_blocks() -> None:
 
 
 def test_time_that_passed_without_samples_is_no_jump() -> None:
-    watch = Watch(WIRE)
+    watch = PlausibilityWatch(WIRE)
     look(WIRE, [5000], 0, watch)
     assert look(WIRE, [9000], 1_000_000, watch) == []
 

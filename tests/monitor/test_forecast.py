@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.daq.monitor.forecast import Stretch, foresee, heat_balance_of, slope, stretches
+from bufferstand.daq.monitor.forecast import PlanStretch, foresee, heat_balance_of, slope, stretches
 from bufferstand.model.file import load_model
 from bufferstand.model.spring import HeatBalance
 from tests.daq.cases import SAMPLES
@@ -42,21 +42,21 @@ def test_the_step_under_way_counts_with_what_is_left_of_it() -> None:
 
 
 def test_a_cold_wait_leads_back_to_the_air_and_more_power_gets_warmer_sooner() -> None:
-    cooled = foresee(HEAT, 35.0, -0.01, 20.0, [Stretch(0.0, 14_000.0, 1)], 40.0)
+    cooled = foresee(HEAT, 35.0, -0.01, 20.0, [PlanStretch(0.0, 14_000.0, 1)], 40.0)
     assert cooled.reach_s is None
     assert cooled.points[-1][1] == pytest.approx(20.0, abs=0.3)
     reached = [
-        foresee(HEAT, 25.0, 0.0, 20.0, [Stretch(power, 14_000.0, 2)], 40.0).reach_s
+        foresee(HEAT, 25.0, 0.0, 20.0, [PlanStretch(power, 14_000.0, 2)], 40.0).reach_s
         for power in (250, 500, 900)
     ]
     assert None not in reached
     assert reached == sorted(reached, reverse=True)  # type: ignore[type-var]
-    assert foresee(HEAT, 25.0, 0.0, 20.0, [Stretch(50.0, 14_000.0, 2)], 40.0).reach_s is None
+    assert foresee(HEAT, 25.0, 0.0, 20.0, [PlanStretch(50.0, 14_000.0, 2)], 40.0).reach_s is None
     assert foresee(HEAT, 25.0, 0.0, 20.0, [], 40.0).points == ((0.0, 25.0),)
 
 
 def test_a_rising_sensor_means_a_warmer_mass() -> None:
-    still, rising = (foresee(HEAT, 30.0, k, 20.0, [Stretch(0.0, 60.0, 1)], None) for k in (0.0, 0.05))
+    still, rising = (foresee(HEAT, 30.0, k, 20.0, [PlanStretch(0.0, 60.0, 1)], None) for k in (0.0, 0.05))
     assert rising.points[-1][1] > still.points[-1][1] + 0.5
 
 

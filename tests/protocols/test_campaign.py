@@ -13,11 +13,11 @@ from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings import Settings
 from bufferstand.protocols.campaign import (
     CampaignFacts,
-    Conditions,
     CoolDownStep,
     HarmonicStep,
     HoldStep,
     MotionSettings,
+    PlanConditions,
     PlanSettings,
     StaticStep,
     SweepStep,
@@ -29,7 +29,7 @@ from bufferstand.protocols.kinds import (
     InnerLoopsStep,
     MotionStep,
     RepeatStep,
-    TemperatureSettings,
+    StepTemperatureSettings,
     UntilSteady,
     WarmUpStep,
 )
@@ -174,7 +174,7 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
     [
         ("## `[campaign]`", CampaignFacts),
         ("## `[limits]`", TestLimits),
-        ("## `[conditions]`", Conditions),
+        ("## `[conditions]`", PlanConditions),
         ("## `[motion]`", MotionSettings),
         ("## `[plan]`", PlanSettings),
         ('### `kind = "static"`', StaticStep),
@@ -188,7 +188,7 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
         ('### `kind = "warm-up"`', WarmUpStep),
         ('### `kind = "force-cycles"`', ForceCyclesStep),
         ('### `kind = "repeat"`', RepeatStep),
-        ("### Temperatures of a step", TemperatureSettings),
+        ("### Temperatures of a step", StepTemperatureSettings),
         ("### `[step.until_steady]`", UntilSteady),
         ("## `[stroke]`", StrokeTable),
         ("### Whose strokes", StrokeSettings),
@@ -196,9 +196,11 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
 )
 def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
     section = DOCS.read_text("utf-8").split(heading, 1)[1].split("\n## ", 1)[0].split("\n### ", 1)[0]
-    common = TemperatureSettings.model_fields.keys() | StrokeSettings.model_fields.keys()
+    common = StepTemperatureSettings.model_fields.keys() | StrokeSettings.model_fields.keys()
     for key, field in schema.model_fields.items():
-        if key in {"kind", "name"} or (schema not in (TemperatureSettings, StrokeSettings) and key in common):
+        if key in {"kind", "name"} or (
+            schema not in (StepTemperatureSettings, StrokeSettings) and key in common
+        ):
             continue
         rows = [line for line in section.splitlines() if line.startswith("|") and f"`{key}`" in line]
         assert rows, key

@@ -16,7 +16,7 @@ from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.specimen import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.model.simulation import simulate
-from bufferstand.protocols.curve_predictor import CurvePredictor, NothingKnown, curve_of_stroke
+from bufferstand.protocols.curve_predictor import CurvePredictor, UnknownSpecimenPredictor, curve_of_stroke
 from bufferstand.protocols.plan import Plan, make_plan
 from bufferstand.protocols.prediction import Temperatures
 from tests.protocols.conftest import SPECIMEN, STAND, Load, harmonic
@@ -102,7 +102,7 @@ def test_what_is_no_stroke_shows_no_curve() -> None:
     assert curve_of_stroke(np.linspace(0.0, 50.0, 500), np.zeros(500)) is None
 
 
-def planned(load: Load, text: str, predictor: CurvePredictor | NothingKnown) -> Plan:
+def planned(load: Load, text: str, predictor: CurvePredictor | UnknownSpecimenPredictor) -> Plan:
     return make_plan(load(text), STAND, predictor, SPECIMEN)
 
 
@@ -139,7 +139,7 @@ def test_temperatures_that_nobody_knows_are_not_given(load: Load) -> None:
 
 
 def test_of_a_specimen_of_which_nothing_is_known_a_slow_stroke_comes_first(load: Load) -> None:
-    nothing = NothingKnown()
+    nothing = UnknownSpecimenPredictor()
     assert planned(load, SLOW, nothing).steps[0].expected_peak_force_kN == 600.0
     plan = planned(load, SLOW + harmonic(50.0, 20.0), nothing)
     assert plan.steps[1].expected_peak_force_kN is None

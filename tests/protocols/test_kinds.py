@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.admissible import Judge
+from bufferstand.protocols.admissible import StepJudge
 from bufferstand.protocols.campaign import MotionSettings
 from bufferstand.protocols.expansion import motions_of
 from bufferstand.protocols.kinds import InnerLoopsStep, MotionStep
@@ -223,7 +223,7 @@ def test_whatever_is_admitted_keeps_every_limit(
 ) -> None:
     limits = envelope(STAND, TestLimits(), SPECIMEN)
     spring = ClosedFormSpring()
-    judge = Judge(limits, spring, 20.0, 21.0)
+    judge = StepJudge(limits, spring, 20.0, 21.0)
     loops = InnerLoopsStep(
         kind="inner-loops", mean_mm=(mean, mean + 1.0), amplitude_mm=(amplitude,), frequency_Hz=rate_Hz
     )

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.specimen import Specimen
-from bufferstand.protocols.admissible import BELOW_ZERO, Judge
+from bufferstand.protocols.admissible import BELOW_ZERO, StepJudge
 from bufferstand.protocols.campaign import HarmonicStep, HoldStep, StaticStep
 from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
@@ -22,8 +22,10 @@ def judge(
     test: TestLimits | None = None,
     specimen: Specimen = SPECIMEN,
     spring: ClosedFormSpring | None = None,
-) -> Judge:
-    return Judge(envelope(stand, test or TestLimits(), specimen), spring or ClosedFormSpring(), 20.0, 21.0)
+) -> StepJudge:
+    return StepJudge(
+        envelope(stand, test or TestLimits(), specimen), spring or ClosedFormSpring(), 20.0, 21.0
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from bufferstand.foundation.errors import BadInput
 from bufferstand.protocols.coarse import CoarsePredictor
 from bufferstand.protocols.limits import TestLimits, envelope
-from bufferstand.protocols.ordering import Course, Job, soonest
+from bufferstand.protocols.ordering import Job, OrderSearch, soonest
 from bufferstand.protocols.plan import Plan
 from bufferstand.protocols.prediction import Temperatures
 from bufferstand.protocols.steps import Harmonic, Motion, PlannedStep, RampTo, Release, WaitUntilCool
@@ -37,7 +37,7 @@ def sines(steps: tuple[PlannedStep, ...]) -> list[tuple[Motion, ...]]:
     return [step.motions for step in steps if step.kind == "harmonic"]
 
 
-def course(sizes: list[tuple[float, int]], stays: list[bool] | None = None) -> Course:
+def course(sizes: list[tuple[float, int]], stays: list[bool] | None = None) -> OrderSearch:
     jobs = [
         Job((RampTo(60.0, 20.0), Harmonic(60.0, size, 0.5, cycles), Release(20.0)), stay)
         for (size, cycles), stay in zip(sizes, stays or [False] * len(sizes), strict=True)
@@ -45,7 +45,7 @@ def course(sizes: list[tuple[float, int]], stays: list[bool] | None = None) -> C
     around = Surroundings(
         CoarsePredictor(ClosedFormSpring()), envelope(STAND, TestLimits(), SPECIMEN), TestLimits(), AIR_C
     )
-    return Course(around, jobs, margin_C=1.0, start_max_C=None)
+    return OrderSearch(around, jobs, margin_C=1.0, start_max_C=None)
 
 
 def test_the_chosen_order_is_sooner_and_runs_through(plan: MakePlan) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation.channel import Calibration, Channel
 from bufferstand.recording.content import Anchor, Event, Segment, StreamContent
-from bufferstand.recording.journal import Record, Stop
+from bufferstand.recording.journal import JournalEnd, Record
 from bufferstand.recording.segments import ChainReader
 
 FORCE_KN_PER_COUNT = 2.0**-20 * 100.0
@@ -117,7 +117,7 @@ class Scan:
 
     header: Any
     records: list[Record]
-    stop: Stop
+    stop: JournalEnd
     why: str
     more_follows: bool
     missing: int

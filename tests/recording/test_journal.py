@@ -19,10 +19,10 @@ from bufferstand.recording.journal import (
     FRAME,
     DataRecord,
     EndRecord,
+    JournalEnd,
     JournalReader,
     JournalWriter,
     Record,
-    Stop,
 )
 
 from . import samples
@@ -118,7 +118,7 @@ def test_round_trip_of_anything(records: list[Record], ended: bool) -> None:
     assert found.header["metadata"] == HEADER
     assert len(found.records) == len(records)
     assert is_prefix(list(found.records), records)
-    assert found.stop is (Stop.ENDED if ended else Stop.OPEN)
+    assert found.stop is (JournalEnd.ENDED if ended else JournalEnd.OPEN)
     assert found.valid_bytes == sum(map(len, frames))
 
 
@@ -152,7 +152,7 @@ def test_torn_at_every_byte_of_the_last_record(tmp_path: Path, tail: bytes) -> N
         expected = records if (last[:kept] + tail).startswith(last) else records[:-1]
         assert len(found.records) == len(expected), kept
         assert is_prefix(list(found.records), records)
-        assert found.stop is not Stop.ENDED
+        assert found.stop is not JournalEnd.ENDED
         assert not found.more_follows
         if kept == 0 and not tail:
             assert found.why == "no further record"
@@ -171,7 +171,7 @@ def test_a_flipped_bit_never_gives_other_values(seed: int) -> None:
         data[bit // 8] ^= 1 << (bit % 8)
     with temporary(bytes(data)) as path:
         found = samples.scan(path)
-    assert found.stop is not Stop.ENDED or bytes(data) == b"".join(frames)
+    assert found.stop is not JournalEnd.ENDED or bytes(data) == b"".join(frames)
     assert is_prefix(list(found.records), records)
     assert str(found.valid_bytes) in found.why or "record" in found.why
 
@@ -194,7 +194,7 @@ def test_a_record_of_another_place_is_no_continuation(tmp_path: Path) -> None:
     for order in ([0, 1, 3, 2, 4], [0, 1, 1, 2], [0, 2, 3]):
         path.write_bytes(b"".join(frames[i] for i in order))
         assert is_prefix(samples.scan(path).records, records)
-        assert samples.scan(path).stop is Stop.INVALID
+        assert samples.scan(path).stop is JournalEnd.INVALID
 
 
 def test_reading_while_it_grows_byte_by_byte(tmp_path: Path) -> None:
@@ -211,7 +211,7 @@ def test_reading_while_it_grows_byte_by_byte(tmp_path: Path) -> None:
             growing.flush()
             found += reader.poll()
             assert is_prefix(found, [*records, EndRecord("stopped", "operator", "t")])
-        assert reader.stop is Stop.ENDED
+        assert reader.stop is JournalEnd.ENDED
         assert len(found) == len(records) + 1
         assert reader.poll() == []
 
@@ -230,7 +230,7 @@ def test_a_length_beyond_reason_is_not_read(tmp_path: Path) -> None:
     frames, _ = journal_of([])
     path = tmp_path / "r.journal"
     path.write_bytes(frames[0] + FRAME.pack(b"BSJ1", 0, 2**32 - 1, 3, 0, 0, 1))
-    assert samples.scan(path).stop is Stop.INVALID
+    assert samples.scan(path).stop is JournalEnd.INVALID
 
 
 def test_an_unknown_kind_ends_reading(tmp_path: Path) -> None:
@@ -239,7 +239,7 @@ def test_an_unknown_kind_ends_reading(tmp_path: Path) -> None:
     path = tmp_path / "r.journal"
     path.write_bytes(first + writer._json(9, {}))  # type: ignore[arg-type]
     found = samples.scan(path)
-    assert found.stop is Stop.INVALID
+    assert found.stop is JournalEnd.INVALID
     assert "unknown kind 9" in found.why
 
 

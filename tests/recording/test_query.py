@@ -10,16 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.query import Field, parse_query
+from bufferstand.recording.query import QueryField, parse_query
 
 FIELDS = {
-    "kind": Field("kind", "text"),
-    "specimen": Field("specimen", "text"),
-    "date": Field("started_utc", "date"),
-    "prestress_mm": Field("prestress_mm", "number"),
-    "prestress": Field("prestress_mm", "number"),
-    "frequency": Field("frequency_Hz", "number"),
-    "damping": Field("damping", "number"),
+    "kind": QueryField("kind", "text"),
+    "specimen": QueryField("specimen", "text"),
+    "date": QueryField("started_utc", "date"),
+    "prestress_mm": QueryField("prestress_mm", "number"),
+    "prestress": QueryField("prestress_mm", "number"),
+    "frequency": QueryField("frequency_Hz", "number"),
+    "damping": QueryField("damping", "number"),
 }
 RUN: dict[str, Any] = {
     "kind": "harmonic",

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bufferstand.recording.durable import Pwrite
-from bufferstand.recording.layout import Column, TreeWriter, user_block
+from bufferstand.recording.layout import DatasetColumn, TreeWriter, user_block
 from bufferstand.recording.outline import outline, values_of
 from bufferstand.recording.runfile import fitting_heads, open_run
 from bufferstand.recording.seal import seal
@@ -136,7 +136,7 @@ def test_short_writes_under_hdf5_lose_nothing(tmp_path: Path) -> None:
 
 
 def test_what_hdf5_would_be_given_wrongly_is_refused(tmp_path: Path) -> None:
-    column = Column("entry/x", np.dtype("<i4"), (3,), None)
+    column = DatasetColumn("entry/x", np.dtype("<i4"), (3,), None)
     with (
         TreeFile(tmp_path / "x") as file,
         pytest.raises(ValueError, match="more rows"),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.journal import DataRecord, EndRecord, Record, Stop
+from bufferstand.recording.journal import DataRecord, EndRecord, JournalEnd, Record
 from bufferstand.recording.journal_file import JournalFile
 from bufferstand.recording.runfile import open_run
 from bufferstand.recording.seal import DAMAGED_SUFFIX, seal, seal_orphans
@@ -65,7 +65,7 @@ def test_a_long_run_lies_in_several_files_and_is_sealed_as_one(tmp_path: Path) -
 def test_the_chain_says_how_it_ends(tmp_path: Path) -> None:
     found = samples.scan(chain(tmp_path, 23))
     assert sequences(found.records) == list(range(0, 460, 20))
-    assert (found.stop, found.missing, found.more_follows) == (Stop.ENDED, 0, False)
+    assert (found.stop, found.missing, found.more_follows) == (JournalEnd.ENDED, 0, False)
 
 
 def test_records_written_again_count_once_wherever_the_first_file_breaks_off(tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ def test_records_written_again_count_once_wherever_the_first_file_breaks_off(tmp
         first.write_bytes(content[:kept] + rest)
         found = samples.scan(first)
         assert sequences(found.records) == list(range(0, 140, 20)), kept
-        assert (found.stop, found.missing, found.more_follows) == (Stop.ENDED, 0, False)
+        assert (found.stop, found.missing, found.more_follows) == (JournalEnd.ENDED, 0, False)
 
 
 def test_a_damaged_file_in_the_middle_is_a_gap_that_is_said(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Drift:
+class TransducerDrift:
     """What becomes of zero and gain of channels that are sampled together; force in kN, wires in mm.
 
     Parameters

@@ -40,7 +40,7 @@ class Latency:
         return self._least_s + self._random.expovariate(1.0 / self._more_s)
 
 
-class Way:
+class DelayedConnection:
     """One direction of a connection in a running event loop: everything arrives later, in its order.
 
     Parameters

@@ -22,7 +22,7 @@ MAINS_HZ = 50.0
 _AHEAD = 512  # samples made at once: a slice of a few costs as much as one of hundreds
 
 
-class Wander:
+class ColouredNoise:
     """Adds flicker and hum to channels that are sampled together; slices of any length get the same.
 
     Parameters

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from bufferstand.drivers.simulated.faults import nearest
 from bufferstand.drivers.simulated.miswired.settings import Miswired, MiswiredForce, MiswiredStroke
 from bufferstand.drivers.simulated.miswired.signal import WrongForce, WrongSignal
-from bufferstand.drivers.simulated.miswired.thermometer import WrongPlace
+from bufferstand.drivers.simulated.miswired.thermometer import MisplacedThermometer
 from bufferstand.drivers.simulated.sensors import Converters
 from bufferstand.drivers.stand_file import SensorSettings, StandFile
 from bufferstand.foundation.errors import BadInput
@@ -77,10 +77,10 @@ class MiswiredStand:
         right = converters.values(counts[:, np.newaxis])[:, 0]
         return converters.counts_of(0, self._amplifier.arrive(time_s, right))
 
-    def place_of(self, sensor: SensorSettings) -> WrongPlace | None:
+    def place_of(self, sensor: SensorSettings) -> MisplacedThermometer | None:
         """Return where a thermometer sits in truth, None where it sits right."""
         facts = self._thermometers.get(sensor.name)
-        return None if facts is None else WrongPlace(sensor.role, facts)
+        return None if facts is None else MisplacedThermometer(sensor.role, facts)
 
 
 def _demand_possible(stand_file: StandFile, facts: Miswired) -> None:

@@ -7,7 +7,7 @@ import math
 from bufferstand.drivers.simulated.miswired.settings import MiswiredThermometer
 
 
-class WrongPlace:
+class MisplacedThermometer:
     """What a sensor feels that was swapped, never attached, falls off or hangs.
 
     Parameters

@@ -16,7 +16,7 @@ from bufferstand.drivers.gsv2 import Gsv2Amplifier
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.simulated.amplifier_devices import AedDevice, Gsv2Device
 from bufferstand.drivers.simulated.amplifier_form import FULL_SCALE
-from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.device import AmplifierValues
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
@@ -61,7 +61,7 @@ class InProcess:
     def give(self, *counts: int) -> None:
         times = self._now_s + np.arange(1, len(counts) + 1) / 250.0
         self._now_s = float(times[-1])
-        self._stand.device.frames.append(Frames(times, np.array(counts, dtype=np.int64)))
+        self._stand.device.frames.append(AmplifierValues(times, np.array(counts, dtype=np.int64)))
 
     def saturate(self) -> None:
         self.give(FULL_SCALE)

@@ -17,7 +17,7 @@ import pytest
 from bufferstand.cli.arming import Movement, check_given
 from bufferstand.cli.movement import stand_text
 from bufferstand.drivers.interfaces import Controller
-from bufferstand.drivers.stand_file import Limits, StandFile
+from bufferstand.drivers.stand_file import StandFile, StandFileLimits
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.motions import ControllerMotion
 
@@ -47,7 +47,7 @@ class Bounds:
             f"limits of the device are set to {self.force_limit_kN:g} kN and {self.stroke_limit_mm:g} mm"
         )
 
-    def too_wide_for(self, limits: Limits) -> str:
+    def too_wide_for(self, limits: StandFileLimits) -> str:
         """Return which limit of a stand is narrower than what the suite needs, empty if none."""
         pairs = {
             "force_max_kN": (limits.force_max_kN, self.force_limit_kN),

@@ -14,7 +14,7 @@ from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bP
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.onewire import OneWireBus, OneWireSensor
-from bufferstand.drivers.stand_file import TemperatureSettings
+from bufferstand.drivers.stand_file import OneWireSettings
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.drivers.w1_folder import TRIGGER, W1Bus
 from bufferstand.foundation.clock import WallClock
@@ -52,13 +52,13 @@ class Backend(Protocol):
         ...
 
 
-def temperature_settings(**more: object) -> TemperatureSettings:
+def temperature_settings(**more: object) -> OneWireSettings:
     """Return the settings of the three sensors, read every 50 ms."""
     sensors = [
         {"rom": rom, "name": f"temperature_{i}", "place": place}
         for i, (rom, place) in enumerate(zip(ROMS, PLACES, strict=True), 1)
     ]
-    return TemperatureSettings.model_validate({"kind": "w1", "period_s": 0.05, "sensor": sensors, **more})
+    return OneWireSettings.model_validate({"kind": "w1", "period_s": 0.05, "sensor": sensors, **more})
 
 
 class InProcess:

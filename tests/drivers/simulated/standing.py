@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import simulation_settings
-from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.drivers.stand_loading import load_stand
 
@@ -165,4 +165,4 @@ def device(
 ) -> SimulatedDevice:
     file = stand_file(folder)
     chosen = simulation_settings(file).model_copy(update=settings)
-    return SimulatedDevice(file, chosen, spring or LinearSpring(), wall or HandClock(), Truth())
+    return SimulatedDevice(file, chosen, spring or LinearSpring(), wall or HandClock(), TruthLog())

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from bufferstand.drivers import cia402
 from bufferstand.drivers.interfaces import EndReason, MotionState
-from bufferstand.drivers.simulated.commands import Code, Command, Fault, Reject
+from bufferstand.drivers.simulated.commands import Command, CommandCode, ControllerFault, RejectReason
 from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.motions import Harmonic, Hold
+from bufferstand.drivers.simulated.motions import HarmonicMotion, HoldMotion
 from tests.drivers.simulated.standing import FrictionSpring, HandClock, LinearSpring, device
 
 ON = 0x000F
@@ -28,11 +28,11 @@ def stand(tmp_path: Path) -> SimulatedDevice:
     return made
 
 
-def give(stand: SimulatedDevice, code: Code, **parameters: float) -> int:
+def give(stand: SimulatedDevice, code: CommandCode, **parameters: float) -> int:
     sequence = stand.controller.echo_sequence + 1
     command = Command(sequence, int(code), **parameters)  # type: ignore[arg-type]
-    assert stand.controller.arm(command) is Reject.ACCEPTED
-    assert stand.controller.execute(sequence) is Reject.ACCEPTED
+    assert stand.controller.arm(command) is RejectReason.ACCEPTED
+    assert stand.controller.execute(sequence) is RejectReason.ACCEPTED
     return sequence
 
 
@@ -50,7 +50,7 @@ def truth(stand: SimulatedDevice) -> dict[str, np.ndarray]:
 
 
 def ramp_to(stand: SimulatedDevice, target_mm: float) -> None:
-    finish(stand, give(stand, Code.RAMP, target_mm=target_mm, speed_mm_per_s=100.0))
+    finish(stand, give(stand, CommandCode.RAMP, target_mm=target_mm, speed_mm_per_s=100.0))
 
 
 # --- switching ----------------------------------------------------------------------------------------
@@ -78,7 +78,7 @@ def test_switched_off_under_load_it_creeps_to_zero_force(stand: SimulatedDevice)
 
 
 def test_quick_stop_holds_and_refuses_until_it_is_released(stand: SimulatedDevice) -> None:
-    sequence = give(stand, Code.RAMP, target_mm=80.0, speed_mm_per_s=50.0)
+    sequence = give(stand, CommandCode.RAMP, target_mm=80.0, speed_mm_per_s=50.0)
     stand.advance(500)
     stand.controller.control(0x000B)
     assert cia402.state_name(stand.controller.status_word) == "quick stop active"
@@ -87,16 +87,16 @@ def test_quick_stop_holds_and_refuses_until_it_is_released(stand: SimulatedDevic
     at = stand.controller.command_mm
     stand.advance(500)
     assert stand.actuator.position_mm == pytest.approx(at, abs=1e-3)
-    assert stand.controller.arm(Command(90, Code.HOLD)) is Reject.WRONG_STATE
+    assert stand.controller.arm(Command(90, CommandCode.HOLD)) is RejectReason.WRONG_STATE
     stand.controller.control(ON)
-    assert stand.controller.arm(Command(91, Code.HOLD)) is Reject.ACCEPTED
+    assert stand.controller.arm(Command(91, CommandCode.HOLD)) is RejectReason.ACCEPTED
 
 
 # --- motions ------------------------------------------------------------------------------------------
 
 
 def test_ramp_moves_at_its_speed_and_ends_where_it_should(stand: SimulatedDevice) -> None:
-    sequence = give(stand, Code.RAMP, target_mm=30.0, speed_mm_per_s=20.0)
+    sequence = give(stand, CommandCode.RAMP, target_mm=30.0, speed_mm_per_s=20.0)
     stand.advance(500)
     assert stand.controller.state is MotionState.RAMPING
     before = stand.actuator.position_mm
@@ -120,7 +120,7 @@ def test_harmonic_has_its_frequency_amplitude_and_cycles(
         stand,
         give(
             stand,
-            Code.HARMONIC,
+            CommandCode.HARMONIC,
             mean_mm=40.0,
             amplitude_mm=amplitude_mm,
             frequency_Hz=frequency_Hz,
@@ -158,7 +158,7 @@ def test_harmonic_command_is_smooth_and_never_leaves_its_range(
     cycles: int, frequency: float, amplitude: float, excess: float
 ) -> None:
     mean = amplitude + excess
-    motion = Harmonic(1, mean, amplitude, frequency, cycles, 0.001)
+    motion = HarmonicMotion(1, mean, amplitude, frequency, cycles, 0.001)
     command = [mean]
     while motion.end is EndReason.NONE:
         command.append(motion.advance(0.0, command[-1]))
@@ -176,16 +176,16 @@ def test_hold_stops_a_sine_inside_its_own_range(phase: float, frequency: float, 
     omega = 2 * math.pi * frequency
     at = amplitude * math.sin(2 * math.pi * phase)
     rate = amplitude * omega * math.cos(2 * math.pi * phase) * 0.001
-    motion = Hold(1, at, rate, amplitude * omega**2 * 1e-6)
+    motion = HoldMotion(1, at, rate, amplitude * omega**2 * 1e-6)
     while motion.end is EndReason.NONE:
         at = motion.advance(0.0, at)
         assert abs(at) <= amplitude * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("code", [Code.HOLD, Code.RELEASE])
-def test_a_harmonic_can_be_ended_at_any_time(stand: SimulatedDevice, code: Code) -> None:
+@pytest.mark.parametrize("code", [CommandCode.HOLD, CommandCode.RELEASE])
+def test_a_harmonic_can_be_ended_at_any_time(stand: SimulatedDevice, code: CommandCode) -> None:
     ramp_to(stand, 40.0)
-    running = give(stand, Code.HARMONIC, mean_mm=40.0, amplitude_mm=30.0, frequency_Hz=1.0, cycles=50)
+    running = give(stand, CommandCode.HARMONIC, mean_mm=40.0, amplitude_mm=30.0, frequency_Hz=1.0, cycles=50)
     stand.advance(3210)
     assert stand.controller.cycles_done == 2
     sequence = give(stand, code, speed_mm_per_s=50.0)
@@ -194,8 +194,8 @@ def test_a_harmonic_can_be_ended_at_any_time(stand: SimulatedDevice, code: Code)
     finish(stand, sequence)
     assert stand.controller.state is MotionState.HOLDING
     position = stand.actuator.position_mm
-    assert position == pytest.approx(0.0, abs=0.05) if code is Code.RELEASE else 9.0 < position < 71.0
-    if code is Code.RELEASE:
+    assert position == pytest.approx(0.0, abs=0.05) if code is CommandCode.RELEASE else 9.0 < position < 71.0
+    if code is CommandCode.RELEASE:
         assert stand.contact.force_kN < 0.2
 
 
@@ -206,7 +206,7 @@ def test_static_turns_at_its_force_with_less_than_1_percent_overshoot(tmp_path: 
         stand,
         give(
             stand,
-            Code.STATIC,
+            CommandCode.STATIC,
             speed_mm_per_s=20.0,
             turning_force_kN=600.0,
             turning_stroke_mm=150.0,
@@ -215,7 +215,7 @@ def test_static_turns_at_its_force_with_less_than_1_percent_overshoot(tmp_path: 
         ),
     )
     assert stand.controller.end_reason is EndReason.FORCE_LIMIT
-    assert (stand.controller.cycles_done, stand.controller.fault) == (2, Fault.NONE)
+    assert (stand.controller.cycles_done, stand.controller.fault) == (2, ControllerFault.NONE)
     log = truth(stand)
     assert 600.0 <= log["force_kN"].max() < 606.0
     peaks = np.flatnonzero(log["force_kN"] > 599.0)
@@ -238,7 +238,7 @@ def test_static_turns_at_the_stroke_if_that_comes_first(stand: SimulatedDevice) 
         stand,
         give(
             stand,
-            Code.STATIC,
+            CommandCode.STATIC,
             speed_mm_per_s=50.0,
             turning_force_kN=600.0,
             turning_stroke_mm=25.0,
@@ -252,64 +252,69 @@ def test_static_turns_at_the_stroke_if_that_comes_first(stand: SimulatedDevice) 
 
 def test_release_of_a_piston_that_stands_clear_leaves_it_there(stand: SimulatedDevice) -> None:
     ramp_to(stand, -5.0)
-    finish(stand, give(stand, Code.RELEASE, speed_mm_per_s=50.0), 1000)
+    finish(stand, give(stand, CommandCode.RELEASE, speed_mm_per_s=50.0), 1000)
     assert stand.actuator.position_mm == pytest.approx(-5.0, abs=0.01)
 
 
 # --- judgements ---------------------------------------------------------------------------------------
 
-HARMONIC = Command(1, Code.HARMONIC, mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=1.0, cycles=3)
+HARMONIC = Command(1, CommandCode.HARMONIC, mean_mm=40.0, amplitude_mm=20.0, frequency_Hz=1.0, cycles=3)
 STATIC = Command(
     1,
-    Code.STATIC,
+    CommandCode.STATIC,
     speed_mm_per_s=5.0,
     turning_force_kN=600.0,
     turning_stroke_mm=105.0,
     cycles=3,
     pause_s=60.0,
 )
-RAMP = Command(1, Code.RAMP, target_mm=40.0, speed_mm_per_s=50.0)
+RAMP = Command(1, CommandCode.RAMP, target_mm=40.0, speed_mm_per_s=50.0)
 
 
 @pytest.mark.parametrize(
     ("command", "verdict"),
     [
-        (Command(1, 9), Reject.UNKNOWN_COMMAND),
-        (Command(1, 0), Reject.UNKNOWN_COMMAND),
-        (replace(RAMP, sequence=0), Reject.WRONG_STATE),
-        (RAMP, Reject.ACCEPTED),
-        (replace(RAMP, target_mm=300.0), Reject.OUT_OF_RANGE),
-        (replace(RAMP, target_mm=math.nan), Reject.OUT_OF_RANGE),
-        (replace(RAMP, speed_mm_per_s=0.0), Reject.OUT_OF_RANGE),
-        (replace(RAMP, speed_mm_per_s=801.0), Reject.OUT_OF_RANGE),
-        (replace(RAMP, speed_mm_per_s=float(np.float32(800.0000001))), Reject.ACCEPTED),
-        (STATIC, Reject.ACCEPTED),
-        (replace(STATIC, turning_force_kN=600.1), Reject.OUT_OF_RANGE),
-        (replace(STATIC, turning_stroke_mm=251.0), Reject.OUT_OF_RANGE),
-        (replace(STATIC, cycles=0), Reject.OUT_OF_RANGE),
-        (replace(STATIC, pause_s=-1.0), Reject.OUT_OF_RANGE),
-        (HARMONIC, Reject.WRONG_STATE),  # it does not stand at the mean
-        (replace(HARMONIC, mean_mm=0.4, amplitude_mm=0.4), Reject.ACCEPTED),
-        (replace(HARMONIC, amplitude_mm=41.0), Reject.OUT_OF_RANGE),  # would leave the specimen
-        (replace(HARMONIC, mean_mm=240.0), Reject.OUT_OF_RANGE),
-        (replace(HARMONIC, frequency_Hz=2.56), Reject.OUT_OF_RANGE),
-        (replace(HARMONIC, mean_mm=90.0, amplitude_mm=60.0, frequency_Hz=2.5), Reject.OUT_OF_RANGE),  # speed
-        (Command(1, Code.HOLD), Reject.ACCEPTED),
-        (Command(1, Code.RELEASE), Reject.OUT_OF_RANGE),
+        (Command(1, 9), RejectReason.UNKNOWN_COMMAND),
+        (Command(1, 0), RejectReason.UNKNOWN_COMMAND),
+        (replace(RAMP, sequence=0), RejectReason.WRONG_STATE),
+        (RAMP, RejectReason.ACCEPTED),
+        (replace(RAMP, target_mm=300.0), RejectReason.OUT_OF_RANGE),
+        (replace(RAMP, target_mm=math.nan), RejectReason.OUT_OF_RANGE),
+        (replace(RAMP, speed_mm_per_s=0.0), RejectReason.OUT_OF_RANGE),
+        (replace(RAMP, speed_mm_per_s=801.0), RejectReason.OUT_OF_RANGE),
+        (replace(RAMP, speed_mm_per_s=float(np.float32(800.0000001))), RejectReason.ACCEPTED),
+        (STATIC, RejectReason.ACCEPTED),
+        (replace(STATIC, turning_force_kN=600.1), RejectReason.OUT_OF_RANGE),
+        (replace(STATIC, turning_stroke_mm=251.0), RejectReason.OUT_OF_RANGE),
+        (replace(STATIC, cycles=0), RejectReason.OUT_OF_RANGE),
+        (replace(STATIC, pause_s=-1.0), RejectReason.OUT_OF_RANGE),
+        (HARMONIC, RejectReason.WRONG_STATE),  # it does not stand at the mean
+        (replace(HARMONIC, mean_mm=0.4, amplitude_mm=0.4), RejectReason.ACCEPTED),
+        (replace(HARMONIC, amplitude_mm=41.0), RejectReason.OUT_OF_RANGE),  # would leave the specimen
+        (replace(HARMONIC, mean_mm=240.0), RejectReason.OUT_OF_RANGE),
+        (replace(HARMONIC, frequency_Hz=2.56), RejectReason.OUT_OF_RANGE),
+        (
+            replace(HARMONIC, mean_mm=90.0, amplitude_mm=60.0, frequency_Hz=2.5),
+            RejectReason.OUT_OF_RANGE,
+        ),  # speed
+        (Command(1, CommandCode.HOLD), RejectReason.ACCEPTED),
+        (Command(1, CommandCode.RELEASE), RejectReason.OUT_OF_RANGE),
     ],
 )
-def test_commands_are_judged(stand: SimulatedDevice, command: Command, verdict: Reject) -> None:
+def test_commands_are_judged(stand: SimulatedDevice, command: Command, verdict: RejectReason) -> None:
     assert stand.controller.arm(command) is verdict
     assert (stand.controller.echo_sequence, stand.controller.reject) == (command.sequence, verdict)
-    assert (stand.controller.execute(command.sequence) is Reject.ACCEPTED) == (verdict is Reject.ACCEPTED)
+    assert (stand.controller.execute(command.sequence) is RejectReason.ACCEPTED) == (
+        verdict is RejectReason.ACCEPTED
+    )
 
 
 def test_what_is_not_armed_is_not_executed(stand: SimulatedDevice) -> None:
     controller = stand.controller
-    assert controller.execute(5) is Reject.NOT_ARMED
+    assert controller.execute(5) is RejectReason.NOT_ARMED
     controller.arm(replace(RAMP, sequence=6))
-    assert controller.execute(5) is Reject.NOT_ARMED
-    assert controller.execute(6) is Reject.ACCEPTED
+    assert controller.execute(5) is RejectReason.NOT_ARMED
+    assert controller.execute(6) is RejectReason.ACCEPTED
 
 
 def test_repeated_requests_change_nothing(stand: SimulatedDevice) -> None:
@@ -319,10 +324,10 @@ def test_repeated_requests_change_nothing(stand: SimulatedDevice) -> None:
     stand.advance(300)
     at = controller.command_mm
     give_twice += [controller.execute(7), controller.arm(command), controller.execute(7)]
-    assert set(give_twice) == {Reject.ACCEPTED}
+    assert set(give_twice) == {RejectReason.ACCEPTED}
     assert controller.command_mm == at
     finish(stand, 7)
-    assert controller.execute(7) is Reject.ACCEPTED
+    assert controller.execute(7) is RejectReason.ACCEPTED
     assert controller.state is MotionState.HOLDING
 
 
@@ -336,26 +341,26 @@ def test_a_number_that_an_earlier_user_has_finished_does_not_look_done(stand: Si
 
 
 def test_a_hold_of_a_piston_that_stands_is_over_at_once(stand: SimulatedDevice) -> None:
-    sequence = give(stand, Code.HOLD)
+    sequence = give(stand, CommandCode.HOLD)
     controller = stand.controller
     assert (controller.done_sequence, controller.end_reason) == (sequence, EndReason.REACHED)
     assert controller.state is MotionState.HOLDING
-    give(stand, Code.RAMP, target_mm=80.0, speed_mm_per_s=10.0)
+    give(stand, CommandCode.RAMP, target_mm=80.0, speed_mm_per_s=10.0)
     stand.advance(100)
-    sequence = give(stand, Code.HOLD)
+    sequence = give(stand, CommandCode.HOLD)
     assert (controller.done_sequence, controller.end_reason) == (sequence - 1, EndReason.COMMANDED)
     finish(stand, sequence)
     assert controller.end_reason is EndReason.REACHED
 
 
 def test_motion_in_progress_is_not_replaced_by_another(stand: SimulatedDevice) -> None:
-    give(stand, Code.RAMP, target_mm=80.0, speed_mm_per_s=10.0)
+    give(stand, CommandCode.RAMP, target_mm=80.0, speed_mm_per_s=10.0)
     stand.advance(100)
-    assert stand.controller.arm(replace(RAMP, sequence=9)) is Reject.WRONG_STATE
+    assert stand.controller.arm(replace(RAMP, sequence=9)) is RejectReason.WRONG_STATE
 
 
 def test_nothing_is_accepted_while_off(tmp_path: Path) -> None:
-    assert device(tmp_path).controller.arm(RAMP) is Reject.WRONG_STATE
+    assert device(tmp_path).controller.arm(RAMP) is RejectReason.WRONG_STATE
 
 
 # --- limits -------------------------------------------------------------------------------------------
@@ -363,10 +368,13 @@ def test_nothing_is_accepted_while_off(tmp_path: Path) -> None:
 
 def test_force_limit_of_the_device_releases_and_faults(stand: SimulatedDevice) -> None:
     assert stand.controller.set_force_limit(200.0)
-    sequence = give(stand, Code.RAMP, target_mm=100.0, speed_mm_per_s=20.0)
+    sequence = give(stand, CommandCode.RAMP, target_mm=100.0, speed_mm_per_s=20.0)
     finish(stand, sequence)
     assert stand.controller.end_reason is EndReason.DEVICE_LIMIT
-    assert (stand.controller.fault, stand.controller.state) == (Fault.FORCE_LIMIT, MotionState.RELEASING)
+    assert (stand.controller.fault, stand.controller.state) == (
+        ControllerFault.FORCE_LIMIT,
+        MotionState.RELEASING,
+    )
     assert cia402.state_name(stand.controller.status_word) == "reacting to a fault"
     stand.advance(4000)
     assert stand.controller.state is MotionState.FAULT
@@ -380,7 +388,7 @@ def test_stroke_limit_of_the_device_releases_and_faults(stand: SimulatedDevice) 
     ramp_to(stand, 30.0)
     assert stand.controller.set_stroke_limit(25.0)
     stand.advance(10)
-    assert stand.controller.fault is Fault.STROKE_LIMIT
+    assert stand.controller.fault is ControllerFault.STROKE_LIMIT
     stand.advance(4000)
     assert stand.controller.state is MotionState.FAULT
     assert stand.contact.force_kN < 0.2
@@ -400,7 +408,7 @@ def test_fault_needs_a_reset_edge_before_it_can_be_on_again(stand: SimulatedDevi
     assert not stand.controller.valve_on
     stand.controller.control(0x0000)
     stand.controller.control(0x0080)
-    assert (stand.controller.fault, stand.controller.state) == (Fault.NONE, MotionState.OFF)
+    assert (stand.controller.fault, stand.controller.state) == (ControllerFault.NONE, MotionState.OFF)
     stand.controller.control(ON)
     assert stand.controller.valve_on
 
@@ -415,20 +423,22 @@ def test_watchdog_runs_on_wall_time_and_falls_back_to_zero_force(tmp_path: Path)
     controller.watchdog.set_time(500)
     controller.control(ON)
     ramp_to(stand, 60.0)  # seconds of stand time, no wall time
-    assert controller.fault is Fault.NONE
-    sequence = give(stand, Code.HARMONIC, mean_mm=60.0, amplitude_mm=10.0, frequency_Hz=1.0, cycles=100)
+    assert controller.fault is ControllerFault.NONE
+    sequence = give(
+        stand, CommandCode.HARMONIC, mean_mm=60.0, amplitude_mm=10.0, frequency_Hz=1.0, cycles=100
+    )
     beat = 0
     for _ in range(20):  # fed: 4 s of the wall
         wall.now_s += 0.2
         beat += 1
         controller.watchdog.feed(beat)
         stand.advance(100)
-    assert (controller.fault, controller.state) == (Fault.NONE, MotionState.WAVEFORM)
+    assert (controller.fault, controller.state) == (ControllerFault.NONE, MotionState.WAVEFORM)
     for _ in range(3):  # the same value does not feed
         wall.now_s += 0.2
         controller.watchdog.feed(beat)
         stand.advance(1)
-    assert (controller.fault, controller.state) == (Fault.WATCHDOG, MotionState.RELEASING)
+    assert (controller.fault, controller.state) == (ControllerFault.WATCHDOG, MotionState.RELEASING)
     assert (controller.watchdog.trips, controller.watchdog.remaining_ms) == (1, 0)
     assert (controller.done_sequence, controller.end_reason) == (sequence, EndReason.WATCHDOG)
     stand.advance(6000)
@@ -445,7 +455,7 @@ def test_a_starved_device_does_not_blame_its_user(tmp_path: Path) -> None:
     stand.controller.control(ON)
     wall.now_s += 30.0  # the whole process stood still
     stand.advance(10)
-    assert stand.controller.fault is Fault.NONE
+    assert stand.controller.fault is ControllerFault.NONE
     assert stand.controller.watchdog.remaining_ms == 250
 
 
@@ -456,24 +466,24 @@ def test_watchdog_of_time_zero_never_trips(tmp_path: Path) -> None:
     for _ in range(100):
         wall.now_s += 0.2
         stand.advance(1)
-    assert stand.controller.fault is Fault.NONE
+    assert stand.controller.fault is ControllerFault.NONE
 
 
 # --- changing a running sine ----------------------------------------------------------------------------
 
 
-def adjust(stand: SimulatedDevice, mean_mm: float, amplitude_mm: float) -> Reject:
+def adjust(stand: SimulatedDevice, mean_mm: float, amplitude_mm: float) -> RejectReason:
     sequence = stand.controller.echo_sequence + 1
-    command = Command(sequence, int(Code.ADJUST), mean_mm=mean_mm, amplitude_mm=amplitude_mm)
+    command = Command(sequence, int(CommandCode.ADJUST), mean_mm=mean_mm, amplitude_mm=amplitude_mm)
     verdict = stand.controller.arm(command)
-    return verdict if verdict is not Reject.ACCEPTED else stand.controller.execute(sequence)
+    return verdict if verdict is not RejectReason.ACCEPTED else stand.controller.execute(sequence)
 
 
 def test_a_running_sine_goes_over_to_another_mean_and_amplitude_in_one_cycle(stand: SimulatedDevice) -> None:
     ramp_to(stand, 20.0)
-    number = give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=6)
+    number = give(stand, CommandCode.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=6)
     stand.advance(1200)  # one cycle in, 1.4 at full amplitude
-    assert adjust(stand, 20.4, 10.6) is Reject.ACCEPTED
+    assert adjust(stand, 20.4, 10.6) is RejectReason.ACCEPTED
     assert stand.controller.done_sequence != number, "a change is no motion"
     stand.advance(500)
     before = len(truth(stand)["sequence"])
@@ -500,7 +510,7 @@ def command_of(stand: SimulatedDevice) -> np.ndarray:
 def test_a_change_never_jumps_nor_leaves_what_it_bridges(
     cycles: int, at: float, mean: float, amplitude: float
 ) -> None:
-    sine = Harmonic(1, 30.0, 10.0, 1.0, cycles, 1e-3)
+    sine = HarmonicMotion(1, 30.0, 10.0, 1.0, cycles, 1e-3)
     most = sine.peak_speed_mm_per_s(30.0 + mean, 10.0 + amplitude) * 1e-3
     commands = [30.0]
     while sine.cycles_done < cycles or commands[-1] != sine.command_mm:
@@ -521,18 +531,18 @@ def test_a_change_never_jumps_nor_leaves_what_it_bridges(
 
 
 def test_a_change_is_refused_unless_a_sine_runs_at_full_amplitude(stand: SimulatedDevice) -> None:
-    assert adjust(stand, 20.0, 5.0) is Reject.WRONG_STATE, "nothing runs"
+    assert adjust(stand, 20.0, 5.0) is RejectReason.WRONG_STATE, "nothing runs"
     ramp_to(stand, 20.0)
-    number = give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=3)
+    number = give(stand, CommandCode.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=3)
     stand.advance(400)
-    assert adjust(stand, 20.0, 10.1) is Reject.WRONG_STATE, "the amplitude still grows"
+    assert adjust(stand, 20.0, 10.1) is RejectReason.WRONG_STATE, "the amplitude still grows"
     stand.advance(200)
-    assert adjust(stand, 20.0, 10.1) is Reject.ACCEPTED
-    assert adjust(stand, 20.0, 10.2) is Reject.WRONG_STATE, "one is under way"
+    assert adjust(stand, 20.0, 10.1) is RejectReason.ACCEPTED
+    assert adjust(stand, 20.0, 10.2) is RejectReason.WRONG_STATE, "one is under way"
     stand.advance(600)
-    assert adjust(stand, 20.0, 10.2) is Reject.ACCEPTED
+    assert adjust(stand, 20.0, 10.2) is RejectReason.ACCEPTED
     stand.advance(400)
-    assert adjust(stand, 20.0, 10.3) is Reject.WRONG_STATE, "no full cycle is left for it"
+    assert adjust(stand, 20.0, 10.3) is RejectReason.WRONG_STATE, "no full cycle is left for it"
     finish(stand, number)
 
 
@@ -544,22 +554,22 @@ def test_a_change_is_refused_beyond_what_a_sine_may_be(
     stand: SimulatedDevice, mean_mm: float, amplitude_mm: float
 ) -> None:
     ramp_to(stand, 20.0)
-    give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    give(stand, CommandCode.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
     stand.advance(700)
-    assert adjust(stand, mean_mm, amplitude_mm) is Reject.OUT_OF_RANGE
+    assert adjust(stand, mean_mm, amplitude_mm) is RejectReason.OUT_OF_RANGE
     stand.advance(500)
     assert command_of(stand)[-500:].max() == pytest.approx(30.0, abs=0.01), "it goes on as it was"
 
 
 def test_a_change_that_is_sent_twice_is_done_once(stand: SimulatedDevice) -> None:
     ramp_to(stand, 20.0)
-    give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    give(stand, CommandCode.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
     stand.advance(700)
     sequence = stand.controller.echo_sequence + 1
-    command = Command(sequence, int(Code.ADJUST), mean_mm=20.0, amplitude_mm=11.0)
+    command = Command(sequence, int(CommandCode.ADJUST), mean_mm=20.0, amplitude_mm=11.0)
     for _ in range(2):
-        assert stand.controller.arm(command) is Reject.ACCEPTED
-        assert stand.controller.execute(sequence) is Reject.ACCEPTED
+        assert stand.controller.arm(command) is RejectReason.ACCEPTED
+        assert stand.controller.execute(sequence) is RejectReason.ACCEPTED
         stand.advance(100)
     stand.advance(900)
     assert command_of(stand)[-500:].max() == pytest.approx(31.0, abs=0.01)
@@ -567,11 +577,11 @@ def test_a_change_that_is_sent_twice_is_done_once(stand: SimulatedDevice) -> Non
 
 def test_a_hold_stops_an_adjusted_sine_within_its_range(stand: SimulatedDevice) -> None:
     ramp_to(stand, 20.0)
-    give(stand, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    give(stand, CommandCode.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
     stand.advance(700)
-    assert adjust(stand, 20.0, 11.0) is Reject.ACCEPTED
+    assert adjust(stand, 20.0, 11.0) is RejectReason.ACCEPTED
     stand.advance(560)  # on the way through the mean
-    finish(stand, give(stand, Code.HOLD))
+    finish(stand, give(stand, CommandCode.HOLD))
     assert 9.0 <= stand.controller.command_mm <= 31.0
 
 
@@ -580,6 +590,6 @@ def test_a_device_of_edition_2_does_not_know_the_command(tmp_path: Path) -> None
     made.controller.capabilities = replace(made.controller.capabilities, adjusts=False)
     made.controller.control(ON)
     ramp_to(made, 20.0)
-    give(made, Code.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
+    give(made, CommandCode.HARMONIC, mean_mm=20.0, amplitude_mm=10.0, frequency_Hz=2.0, cycles=5)
     made.advance(700)
-    assert adjust(made, 20.0, 10.1) is Reject.UNKNOWN_COMMAND
+    assert adjust(made, 20.0, 10.1) is RejectReason.UNKNOWN_COMMAND

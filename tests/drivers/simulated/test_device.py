@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.commands import Command, CommandCode
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import simulation_settings
 from bufferstand.drivers.simulated.truth import COLUMNS, read_truth
@@ -17,7 +17,7 @@ from tests.drivers.simulated.standing import STAND, FrictionSpring, LinearSpring
 
 def move(stand: SimulatedDevice) -> None:
     stand.controller.control(0x000F)
-    stand.controller.arm(Command(1, Code.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
+    stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
     stand.controller.execute(1)
 
 

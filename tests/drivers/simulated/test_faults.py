@@ -20,7 +20,7 @@ from bufferstand.drivers.simulated.faults import (
 )
 from bufferstand.drivers.simulated.faults_control import ask
 from bufferstand.drivers.simulated.faults_file import load_faults
-from bufferstand.drivers.simulated.faults_wire import FrameTrouble
+from bufferstand.drivers.simulated.faults_wire import FrameFaults
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.process import start_process
 from bufferstand.drivers.stand_loading import load_stand
@@ -119,7 +119,7 @@ def test_a_file_that_is_wrong_is_refused_with_the_place(
 def test_frames_are_struck_by_their_share_and_by_the_seed() -> None:
     def struck(seed: int) -> list[int]:
         schedule = FaultSchedule([parse_fault("controller=drop@0,share=0.05")], seed)
-        trouble = FrameTrouble(schedule, "controller", lambda: 1.0)
+        trouble = FrameFaults(schedule, "controller", lambda: 1.0)
         return [number for number in range(4000) if not trouble.arrivals(b"frame")]
 
     assert struck(1) == struck(1) != struck(2)
@@ -131,7 +131,7 @@ def test_what_arrives_of_a_frame() -> None:
 
     def arrivals(kind: str, frames: Sequence[bytes]) -> list[tuple[float, bytes]]:
         schedule = FaultSchedule([parse_fault(f"controller={kind}@0:10")])
-        trouble = FrameTrouble(schedule, "controller", lambda: now[0])
+        trouble = FrameFaults(schedule, "controller", lambda: now[0])
         return [one for frame in frames for one in trouble.arrivals(frame)]
 
     assert arrivals("drop", [b"one", b"two"]) == []
@@ -149,7 +149,7 @@ def test_what_arrives_of_a_frame() -> None:
 def test_requests_are_lost_or_altered_on_their_way() -> None:
     def heard(fault: str) -> bytes | None:
         schedule = FaultSchedule([parse_fault(fault)], 3)
-        return FrameTrouble(schedule, "controller", lambda: 0.0).heard(b"request of bytes")
+        return FrameFaults(schedule, "controller", lambda: 0.0).heard(b"request of bytes")
 
     assert heard("controller=request-drop@0") is None
     altered = heard("controller=request-corrupt@0") or b""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.commands import Command, CommandCode
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import SimulationSettings, simulation_settings
 from bufferstand.drivers.stand_loading import load_stand
@@ -35,13 +35,18 @@ def test_the_sample_stand_has_every_imperfection_and_the_clean_one_none(tmp_path
 def sine(stand: SimulatedDevice, amplitude_mm: float = 10.0, frequency_Hz: float = 2.0) -> None:
     """Go to 30 mm and move harmonically for five cycles."""
     stand.controller.control(0x000F)
-    stand.controller.arm(Command(1, Code.RAMP, target_mm=30.0, speed_mm_per_s=100.0))
+    stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=30.0, speed_mm_per_s=100.0))
     stand.controller.execute(1)
     while stand.controller.done_sequence != 1:
         stand.advance(100)
     stand.controller.arm(
         Command(
-            2, Code.HARMONIC, mean_mm=30.0, amplitude_mm=amplitude_mm, frequency_Hz=frequency_Hz, cycles=3
+            2,
+            CommandCode.HARMONIC,
+            mean_mm=30.0,
+            amplitude_mm=amplitude_mm,
+            frequency_Hz=frequency_Hz,
+            cycles=3,
         )
     )
     stand.controller.execute(2)
@@ -79,7 +84,7 @@ def test_slices_of_any_length_give_the_same(tmp_path: Path) -> None:
     whole, pieces = (device(tmp_path, FrictionSpring(), **IMPERFECT) for _ in range(2))
     for stand in (whole, pieces):
         stand.controller.control(0x000F)
-        stand.controller.arm(Command(1, Code.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
+        stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
         stand.controller.execute(1)
     whole.advance(700)
     for count in (1, 99, 250, 3, 347):

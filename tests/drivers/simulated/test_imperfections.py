@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Code, Command
-from bufferstand.drivers.simulated.imperfections.drift import Drift
-from bufferstand.drivers.simulated.imperfections.latency import LEAST_WAIT_S, Latency, Way
+from bufferstand.drivers.simulated.commands import Command, CommandCode
+from bufferstand.drivers.simulated.imperfections.drift import TransducerDrift
+from bufferstand.drivers.simulated.imperfections.latency import LEAST_WAIT_S, DelayedConnection, Latency
 from bufferstand.drivers.simulated.imperfections.missed import NEVER, MissedCycles
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.foundation.motions import RampTo
@@ -28,7 +28,9 @@ QUIET: dict[str, Any] = {
 
 
 def test_zero_and_gain_follow_time_and_temperature() -> None:
-    drift = Drift((0.4, 1.0, -1.0), (0.2, 0.01, 0.0), (0.0126, 0.0, 0.004), (2e-5, 0.0, 1e-4), 5.0, 1800.0)
+    drift = TransducerDrift(
+        (0.4, 1.0, -1.0), (0.2, 0.01, 0.0), (0.0126, 0.0, 0.004), (2e-5, 0.0, 1e-4), 5.0, 1800.0
+    )
     time_s = np.array([0.0, 1800.0, 100.0 * HOUR_S])
     values = np.tile([600.0, 80.0, 80.0], (3, 1))
     drift.feel(time_s, values)
@@ -51,7 +53,7 @@ def test_both_amplifiers_and_both_wires_read_the_drift_and_the_truth_does_not(tm
     drifting |= {"wire_zero_mm_per_K": (0.1, -0.1), "wire_drift_mm_per_h": (36.0, 0.0)}
     stand = device(tmp_path, LinearSpring(), **QUIET, **drifting)
     stand.controller.control(0x000F)
-    stand.controller.arm(Command(1, Code.RAMP, target_mm=20.0, speed_mm_per_s=20.0))
+    stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=20.0, speed_mm_per_s=20.0))
     stand.controller.execute(1)
     stand.advance(40_000)
     channels = {channel.name: channel for channel in stand_file(tmp_path).controller.channel}
@@ -93,7 +95,7 @@ def test_missed_cycles_are_as_frequent_as_is_said_and_the_same_for_the_same_seed
 def test_a_missed_cycle_is_a_period_without_a_sample_in_which_the_stand_goes_on(tmp_path: Path) -> None:
     stand = device(tmp_path, LinearSpring(), **QUIET, missed_cycles_per_h=18_000.0)
     stand.controller.control(0x000F)
-    stand.controller.arm(Command(1, Code.RAMP, target_mm=100.0, speed_mm_per_s=20.0))
+    stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=100.0, speed_mm_per_s=20.0))
     stand.controller.execute(1)
     stand.advance(3500)
     assert stand.ring.missed > 5
@@ -116,7 +118,7 @@ def test_missed_cycles_are_the_same_in_slices_of_any_length(tmp_path: Path) -> N
     whole, pieces = (device(tmp_path, FrictionSpring(), missed_cycles_per_h=18_000.0) for _ in range(2))
     for stand in (whole, pieces):
         stand.controller.control(0x000F)
-        stand.controller.arm(Command(1, Code.RAMP, target_mm=40.0, speed_mm_per_s=30.0))
+        stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=40.0, speed_mm_per_s=30.0))
         stand.controller.execute(1)
     whole.advance(2000)
     for count in (1, 199, 250, 3, 547, 1000):
@@ -185,7 +187,7 @@ def test_what_is_sent_arrives_in_its_order_and_not_before_its_time(ways: list[fl
     async def main() -> list[tuple[int, float]]:
         loop, came = asyncio.get_running_loop(), []
         left = iter(ways)
-        way, began_s = Way(lambda: next(left)), loop.time()
+        way, began_s = DelayedConnection(lambda: next(left)), loop.time()
         for number in range(len(ways)):
             way.send(lambda number=number: came.append((number, loop.time() - began_s)))  # type: ignore[misc]
         at_once = len(came)

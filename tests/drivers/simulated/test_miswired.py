@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bufferstand.drivers.simulated.build import make_device
-from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.commands import Command, CommandCode
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.miswired.settings import (
@@ -37,7 +37,7 @@ def moved(folder: Path, miswired: Miswired, *, count: int = 1500) -> SimulatedDe
     """Return a stand that has moved to 40 mm at 50 mm/s."""
     stand = device(folder, LinearSpring(), miswired=miswired, **QUIET)
     stand.controller.control(0x000F)
-    stand.controller.arm(Command(1, Code.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
+    stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
     stand.controller.execute(1)
     stand.advance(count)
     return stand
@@ -103,7 +103,7 @@ def test_a_controller_whose_force_has_the_wrong_sign_does_not_see_its_own_limit(
         stand = device(tmp_path, LinearSpring(), miswired=Miswired(force=MiswiredForce(scale=scale)), **QUIET)
         stand.controller.set_force_limit(50.0)
         stand.controller.control(0x000F)
-        stand.controller.arm(Command(1, Code.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
+        stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=40.0, speed_mm_per_s=50.0))
         stand.controller.execute(1)
         stand.advance(1500)
         assert (stand.controller.fault != 0) is tripped, scale
@@ -123,7 +123,7 @@ def test_a_delay_and_a_low_pass_are_those_of_the_closed_form(tmp_path: Path, pie
         **QUIET,
     )
     stand.controller.control(0x000F)
-    stand.controller.arm(Command(1, Code.RAMP, target_mm=60.0, speed_mm_per_s=20.0))
+    stand.controller.arm(Command(1, CommandCode.RAMP, target_mm=60.0, speed_mm_per_s=20.0))
     stand.controller.execute(1)
     for count in pieces:
         stand.advance(count)

@@ -17,7 +17,7 @@ from pymodbus.client import ModbusTcpClient
 from pyModbusTCP.client import ModbusClient
 
 from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.simulated.commands import Fault, Reject
+from bufferstand.drivers.simulated.commands import ControllerFault, RejectReason
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
@@ -127,9 +127,12 @@ def test_rejects_are_told(served: Served, client: ModbusTcpClient) -> None:
     client.write_register(96, 0x000F)
     address, words = write_block("command_sequence", "static_pause", command_sequence=7, command_code=99)
     client.write_registers(address, words)
-    assert (status(client)["echo_sequence"], status(client)["reject_code"]) == (7, Reject.UNKNOWN_COMMAND)
+    assert (status(client)["echo_sequence"], status(client)["reject_code"]) == (
+        7,
+        RejectReason.UNKNOWN_COMMAND,
+    )
     client.write_register(84, 7)
-    assert status(client)["reject_code"] == Reject.NOT_ARMED
+    assert status(client)["reject_code"] == RejectReason.NOT_ARMED
 
 
 def test_ring_is_read_whole_by_acknowledged_sequence_and_a_retry_loses_nothing(
@@ -352,7 +355,7 @@ def test_a_second_implementation_agrees(served: Served) -> None:
     for _ in range(30):
         block = client.read_holding_registers(16, 22)
     values = RING.block("status_word", "tick").decode(block)
-    assert (values["done_sequence"], values["fault_code"]) == (3, Fault.NONE)
+    assert (values["done_sequence"], values["fault_code"]) == (3, ControllerFault.NONE)
     window = client.write_read_multiple_registers(256, RING.encode("ring_acknowledge", 100), 260, 121)
     assert RING.ring_header.decode(window[:9])["first_sequence"] == 100
     assert client.read_holding_registers(11, 1) is None

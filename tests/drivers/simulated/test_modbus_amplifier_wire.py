@@ -17,7 +17,7 @@ from bufferstand.drivers.simulated.faults_control import ask
 from bufferstand.drivers.simulated.inprocess import open_in_process
 from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
 from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
-from bufferstand.drivers.simulated.server import Options, serve
+from bufferstand.drivers.simulated.server import ServerOptions, serve
 from bufferstand.drivers.stand_file import StandFile, with_endpoints
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.clock import WallClock
@@ -95,7 +95,7 @@ def test_another_machine_is_refused(tmp_path: Path) -> None:
     far = MODBUS_TCP.replace("127.0.0.1", "192.0.2.1")
     path = write_stand(tmp_path, ((GSV2, far),))
     with pytest.raises(BadInput, match=r"serves this machine only, not 192\.0\.2\.1") as caught:
-        serve(path, Options(port=0, wires=tmp_path / "wires"), ready=lambda _: None, signals=())
+        serve(path, ServerOptions(port=0, wires=tmp_path / "wires"), ready=lambda _: None, signals=())
     assert caught.value.place == "amplifier.modbus.host"
 
 

@@ -17,7 +17,7 @@ from bufferstand.drivers.profile import load_profile
 from bufferstand.drivers.simulated.modbus_pdu import Responder
 from bufferstand.drivers.simulated.modbus_rtu import SILENCE_S, RtuStandServer
 from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.writer import HELD_S, Writer
+from bufferstand.drivers.simulated.writer import HELD_S, SingleWriterLock
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.servers import loop_thread
 from tests.drivers.simulated.standing import HandClock, device
@@ -156,7 +156,7 @@ def test_what_lies_there_is_never_replaced(tmp_path: Path) -> None:
 
 class TestWriter:
     def test_one_at_a_time(self) -> None:
-        writer = Writer(HandClock())
+        writer = SingleWriterLock(HandClock())
         assert writer.write(7)
         assert writer.write(7)
         assert not writer.write(8)
@@ -166,7 +166,7 @@ class TestWriter:
 
     def test_it_falls_free_after_its_holder_died(self) -> None:
         wall = HandClock()
-        writer = Writer(wall)
+        writer = SingleWriterLock(wall)
         assert writer.write(7)
         wall.now_s = HELD_S - 0.1
         writer.keep()  # the watchdog was fed

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.simulated.pace import AHEAD, PATIENCE_S, READING_S, Pace
+from bufferstand.drivers.simulated.pace import AHEAD, PATIENCE_S, READING_S, StandPace
 from bufferstand.drivers.simulated.register_bank import RegisterBank
 from bufferstand.drivers.simulated.ring import SampleRing
-from bufferstand.drivers.simulated.server import CATCH_UP, Options, StandServer
+from bufferstand.drivers.simulated.server import CATCH_UP, ServerOptions, StandServer
 from tests.drivers.simulated.standing import device, stand_file
 
 PERIOD_S = 0.001
@@ -55,7 +55,7 @@ class Stand:
         self.ring = SampleRing()
         self.client: Client | None = None
         self.at = 0
-        self.pace = Pace(self.clock, speed, waits=waits)
+        self.pace = StandPace(self.clock, speed, waits=waits)
         self.pace.watch(self.ring, PERIOD_S, BLOCK, lambda: self.client)
 
     def look(self, wall_s: float) -> int:
@@ -344,7 +344,7 @@ def test_acknowledgements_reach_the_ring_through_the_register(tmp_path: Path) ->
 
 def served(folder: Path, speed: float) -> tuple[StandServer, FastHandClock]:
     clock = FastHandClock(speed)
-    return StandServer(stand_file(folder), Options(model=MODEL, speed=speed), clock), clock
+    return StandServer(stand_file(folder), ServerOptions(model=MODEL, speed=speed), clock), clock
 
 
 def test_a_starved_stand_makes_up_little_with_each_request(tmp_path: Path) -> None:

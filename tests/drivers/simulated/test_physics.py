@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts, Contact
+from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts, SpecimenAndFrame
 from tests.drivers.simulated.standing import FrictionSpring, LinearSpring
 
 DT_S = 0.001
@@ -61,7 +61,7 @@ def test_leak_creeps_back_with_the_force_only() -> None:
 @pytest.mark.parametrize("position_mm", [0.05, 0.2, 10.0, 80.0])
 def test_contact_is_in_equilibrium_with_the_frame(position_mm: float) -> None:
     """Preload 15 kN, 5 kN/mm, frame 150 kN/mm: below 0.1 mm of position the specimen is rigid."""
-    contact = Contact(LinearSpring(5.0, 15.0), FRAME, DT_S)
+    contact = SpecimenAndFrame(LinearSpring(5.0, 15.0), FRAME, DT_S)
     for _ in range(5):
         contact.push(position_mm)
     expected = max(0.0, (FRAME * position_mm - 15.0) / (FRAME + 5.0))
@@ -70,7 +70,7 @@ def test_contact_is_in_equilibrium_with_the_frame(position_mm: float) -> None:
 
 
 def test_no_contact_no_force() -> None:
-    contact = Contact(LinearSpring(), FRAME, DT_S)
+    contact = SpecimenAndFrame(LinearSpring(), FRAME, DT_S)
     contact.push(20.0)
     assert contact.force_kN > 0.0
     assert contact.push(-1.0) == 0.0
@@ -89,7 +89,7 @@ def test_contact_stays_in_step_through_steep_transitions(
 ) -> None:
     """70 kN/mm at each reversal: stroke, force and frame agree at once, without chatter."""
     spring = FrictionSpring(stiffness=4.0, friction_kN=66.0 * reach / 2.0, reach_mm=reach)
-    contact = Contact(spring, FRAME, DT_S)
+    contact = SpecimenAndFrame(spring, FRAME, DT_S)
     time_s = np.arange(0.0, 1.5 / frequency, DT_S)
     position = mean * np.minimum(1.0, time_s * frequency * 2.0)
     position += mean * share * np.sin(2 * np.pi * frequency * time_s) * np.minimum(1.0, time_s * frequency)
@@ -114,7 +114,7 @@ def test_contact_stays_in_step_through_steep_transitions(
 @given(amplitude=st.floats(3.0, 30.0), frequency=st.floats(0.5, 2.5))
 def test_what_the_piston_puts_in_is_in_specimen_and_frame(amplitude: float, frequency: float) -> None:
     """∫F dx of the piston = work on the specimen + what the frame has stored, at every sample."""
-    contact = Contact(FrictionSpring(), FRAME, DT_S)
+    contact = SpecimenAndFrame(FrictionSpring(), FRAME, DT_S)
     phase = 2 * np.pi * frequency * np.arange(0.0, 2.0 / frequency, DT_S)
     put_in = balance = scale = 0.0
     before = (0.0, 0.0)
@@ -129,7 +129,7 @@ def test_what_the_piston_puts_in_is_in_specimen_and_frame(amplitude: float, freq
 
 def test_closed_loop_takes_what_friction_takes() -> None:
     """Between two turning points R apart a saturating band of ±f absorbs 2 f (R − reach)."""
-    contact = Contact(FrictionSpring(5.0, 70.0, 2.0), 1e6, DT_S)
+    contact = SpecimenAndFrame(FrictionSpring(5.0, 70.0, 2.0), 1e6, DT_S)
     path = np.concatenate((np.linspace(0.0, 60.0, 6000), np.linspace(60.0, 20.0, 4000)))
     for x in path:
         contact.push(float(x))
@@ -141,4 +141,4 @@ def test_closed_loop_takes_what_friction_takes() -> None:
 
 def test_frame_must_be_stiff() -> None:
     with pytest.raises(ValueError, match="stiffness must be positive"):
-        Contact(LinearSpring(), 0.0, DT_S)
+        SpecimenAndFrame(LinearSpring(), 0.0, DT_S)

@@ -17,7 +17,7 @@ import pytest
 from bufferstand.drivers.connect import open_stand
 from bufferstand.drivers.interfaces import EndReason, SampleBlock, Stand
 from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
-from bufferstand.drivers.simulated.server import Options, serve
+from bufferstand.drivers.simulated.server import ServerOptions, serve
 from bufferstand.drivers.simulated.truth import read_truth
 from bufferstand.drivers.stand_file import with_endpoints
 from bufferstand.foundation.clock import WallClock
@@ -207,7 +207,7 @@ def test_what_it_refuses_is_said_by_its_starter(tmp_path: Path) -> None:
         started(tmp_path, faults=["pump=lost@1"])
 
 
-def refused(path: Path, options: Options) -> str:
+def refused(path: Path, options: ServerOptions) -> str:
     with pytest.raises(BadInput) as caught:
         serve(path, options, ready=lambda served: pytest.fail(f"it serves: {served}"), signals=())
     return str(caught.value)
@@ -215,14 +215,14 @@ def refused(path: Path, options: Options) -> str:
 
 def test_it_serves_this_machine_only(tmp_path: Path) -> None:
     path = stand_file(tmp_path, STAND.replace('host = "127.0.0.1"', 'host = "0.0.0.0"')).path
-    assert "this machine only" in refused(path, Options(model=MODEL, port=0))
+    assert "this machine only" in refused(path, ServerOptions(model=MODEL, port=0))
     assert not (tmp_path / "wires/amplifier").is_symlink()  # opened before it was refused, and taken away
 
 
 def test_a_speed_that_cannot_be_is_refused(tmp_path: Path) -> None:
-    assert "speed of -1" in refused(stand_file(tmp_path).path, Options(model=MODEL, speed=-1.0))
+    assert "speed of -1" in refused(stand_file(tmp_path).path, ServerOptions(model=MODEL, speed=-1.0))
 
 
 def test_a_stand_without_a_model_is_refused(tmp_path: Path) -> None:
     path = stand_file(tmp_path, STAND.replace('model = "spring.toml"', "")).path
-    assert "simulation.model: no spring model is named" in refused(path, Options())
+    assert "simulation.model: no spring model is named" in refused(path, ServerOptions())

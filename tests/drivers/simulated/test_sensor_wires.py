@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bufferstand.drivers.build_sensors import build_sensors
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, Reading, ReadingFault
+from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
 from bufferstand.drivers.simulated.build import make_device
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.inprocess_sensors import reading_fault
@@ -116,14 +116,14 @@ def test_each_fault_of_the_folder_is_read_as_what_it_is(tmp_path: Path, kind: st
     stand = device(tmp_path)
     tree = W1Tree(tmp_path / "devices", stand.thermometers, Schedule())  # type: ignore[arg-type]
     tree.update(0.5)
-    assert isinstance(read_sensor(tree.root, ROM), Reading)
+    assert isinstance(read_sensor(tree.root, ROM), TemperatureReading)
     tree.update(1.5)
     found = read_sensor(tree.root, ROM)
     assert found is reading_fault(kind)
     assert isinstance(found, ReadingFault)
     assert "look" in FAULT_TEXTS[found]
     tree.update(2.5)
-    assert isinstance(read_sensor(tree.root, ROM), Reading)
+    assert isinstance(read_sensor(tree.root, ROM), TemperatureReading)
     tree.close()
 
 
@@ -154,7 +154,7 @@ def test_the_tree_converts_all_at_once_when_it_is_told(tmp_path: Path) -> None:
 
     reader = FolderReader(tree.root, "bulk", wall_s=lambda: now[0], sleep=sleep)
     ((_, got),) = reader.read((ROM,))
-    assert isinstance(got, Reading)
+    assert isinstance(got, TemperatureReading)
     assert reader.notes() == []
     assert 0.7 <= now[0] <= 0.9
     tree.close()

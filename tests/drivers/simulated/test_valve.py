@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.simulated.imperfections.wander import MAINS_HZ, TIME_CONSTANTS_S, Wander
+from bufferstand.drivers.simulated.imperfections.wander import MAINS_HZ, TIME_CONSTANTS_S, ColouredNoise
 from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts
 
 DT_S = 1e-3
@@ -105,8 +105,8 @@ def test_without_imperfections_it_is_the_clean_actuator() -> None:
         assert clean.follow(command) == stated.follow(command, 300.0)
 
 
-def wander(seed: int = 3, flicker: float = 0.5, hum: float = 0.0) -> Wander:
-    return Wander((flicker, 0.0), (0.0, hum), DT_S, np.random.SeedSequence(seed))
+def wander(seed: int = 3, flicker: float = 0.5, hum: float = 0.0) -> ColouredNoise:
+    return ColouredNoise((flicker, 0.0), (0.0, hum), DT_S, np.random.SeedSequence(seed))
 
 
 @given(cuts=st.lists(st.integers(1, 300), max_size=12))

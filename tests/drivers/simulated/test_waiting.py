@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.simulated.server import Options, StandServer
+from bufferstand.drivers.simulated.server import ServerOptions, StandServer
 from bufferstand.drivers.simulated.waiting import NAME, WaitingSign, is_waiting
 from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
@@ -75,7 +75,7 @@ def test_a_second_stand_in_the_same_folder_has_no_sign(tmp_path: Path) -> None:
 def test_a_served_stand_says_so_where_it_waits(tmp_path: Path, speed: float, wait: bool, waits: bool) -> None:
     async def serve() -> tuple[bool, bool]:
         wires = tmp_path / "w"
-        options = Options(model=MODEL, speed=speed, port=0, wires=wires, wait_for_reader=wait)
+        options = ServerOptions(model=MODEL, speed=speed, port=0, wires=wires, wait_for_reader=wait)
         server = StandServer(stand_file(tmp_path), options, WallClock(speed))
         served = await server.open()
         file = at(tmp_path, served.host, served.port)

@@ -18,9 +18,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.ds18b20 import Reading, ReadingFault, crc8, decode_w1_slave
+from bufferstand.drivers.ds18b20 import ReadingFault, TemperatureReading, crc8, decode_w1_slave
 from bufferstand.drivers.gsv2_frames import FrameDecoder
-from bufferstand.drivers.simulated.device import Frames
+from bufferstand.drivers.simulated.device import AmplifierValues
 from bufferstand.drivers.simulated.faults import ScheduledFault, parse_fault
 from bufferstand.drivers.simulated.serial_pty import BUFFER, AmplifierPty, encode_frames
 from bufferstand.drivers.simulated.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
@@ -61,7 +61,7 @@ def reader(amplifier: AmplifierPty) -> Iterator[int]:
 
 
 def send(amplifier: AmplifierPty, *counts: int) -> None:
-    amplifier._frames.append(Frames(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
+    amplifier._frames.append(AmplifierValues(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
     amplifier.pump()
 
 
@@ -129,7 +129,7 @@ def test_a_reader_that_comes_too_late_finds_whole_frames_and_the_loss_is_counted
 
 
 def test_silence_sends_nothing_and_keeps_no_backlog(amplifier: AmplifierPty, reader: int) -> None:
-    amplifier._frames.append(Frames(np.zeros(1), np.array([5], dtype=np.int64)))
+    amplifier._frames.append(AmplifierValues(np.zeros(1), np.array([5], dtype=np.int64)))
     amplifier.pump(silent=True)
     assert read(reader) == b""
     send(amplifier, 6)
@@ -172,7 +172,7 @@ def test_every_temperature_is_read_back(counts: int) -> None:
     if counts == 0x07FF:
         assert reading is ReadingFault.NO_POWER
     else:
-        assert isinstance(reading, Reading)
+        assert isinstance(reading, TemperatureReading)
         assert reading.count == counts
 
 
@@ -183,7 +183,7 @@ def test_millidegrees_round_towards_zero_as_the_kernel_does() -> None:
 
 def test_power_on_value_differs_from_a_true_85() -> None:
     assert decode_w1_slave(slave_text(scratchpad(85 * 16, power_on=True))) is ReadingFault.POWER_ON
-    assert isinstance(decode_w1_slave(slave_text(scratchpad(85 * 16))), Reading)
+    assert isinstance(decode_w1_slave(slave_text(scratchpad(85 * 16))), TemperatureReading)
 
 
 def test_tree_is_as_the_kernels_and_goes_when_closed(tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_tree_is_as_the_kernels_and_goes_when_closed(tmp_path: Path) -> None:
     stand.advance_to(1.0)
     tree.update(1.0)
     reading = decode_w1_slave((folder / "w1_slave").read_text(encoding="ascii"))
-    assert isinstance(reading, Reading)
+    assert isinstance(reading, TemperatureReading)
     assert reading.count == 488
     assert sorted(path.name for path in folder.iterdir()) == ["temperature", "w1_slave"]
     tree.close()
@@ -213,7 +213,7 @@ def test_tree_shows_faults_while_they_last(tmp_path: Path) -> None:
         tree.update(now_s)
         seen.append(decode_w1_slave(path.read_text(encoding="ascii")))
     assert seen[1:3] == [ReadingFault.EMPTY, ReadingFault.POWER_ON]
-    assert all(isinstance(seen[index], Reading) for index in (0, 3))
+    assert all(isinstance(seen[index], TemperatureReading) for index in (0, 3))
 
 
 def test_the_kernels_own_folder_is_left_alone() -> None:

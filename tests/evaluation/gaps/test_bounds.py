@@ -14,7 +14,7 @@ import pytest
 
 from bufferstand.evaluation.facts.moving_mass import MovingMass
 from bufferstand.evaluation.gaps.bounds import MOST_ENERGY, MOST_STROKE
-from bufferstand.evaluation.gaps.found import Found, found_in
+from bufferstand.evaluation.gaps.found import CyclesOfRecord, found_in
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import CycleResult
 from tests.evaluation.signals import Floats
@@ -41,7 +41,7 @@ def columns(shape: Shape, samples: int, cycles: float, begin: float) -> tuple[Fl
     return time, stroke, np.where(falls, loading * (0.6 + 0.4 * (2.0 * share - 1.0) ** 2), loading)
 
 
-def found(time: Floats, stroke: Floats, force: Floats) -> Found:
+def found(time: Floats, stroke: Floats, force: Floats) -> CyclesOfRecord:
     return found_in(make_record(time, stroke, force), None, _NO_MASS, 15.0)
 
 

@@ -12,7 +12,7 @@ from bufferstand.evaluation.plausibility.channels import Channels
 from bufferstand.evaluation.plausibility.codes import without_codes
 from bufferstand.evaluation.plausibility.leaps import largest_leaps
 from bufferstand.evaluation.plausibility.lone import lone_rows
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.wires import check_wires
@@ -89,5 +89,5 @@ def test_a_spike_of_the_force_makes_no_zero_of_the_stroke() -> None:
     force[900] = 32767.0
     record = make_record(time_s, stroke, force)
     signals = Signals(time_s, {"force": force, "stroke_1": stroke, "stroke_2": stroke})
-    look = Look(record, record, (), RunFacts("z", "static"))
+    look = RunView(record, record, (), RunFacts("z", "static"))
     assert not strokes_and_piston(look, signals, None)

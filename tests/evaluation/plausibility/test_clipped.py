@@ -7,7 +7,7 @@ import pytest
 
 from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.plausibility.clipped import clipped_again
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.record import make_record
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
@@ -60,7 +60,7 @@ def test_what_is_frozen_at_its_extreme_in_three_strokes_is_clipped(strokes: int,
     time_s = np.arange(100 * strokes) / 100.0
     stroke = 50.0 - 100.0 * np.abs(time_s % 1.0 - 0.5)
     record = make_record(time_s, stroke, np.minimum(5.0 * stroke, 200.0))
-    look = Look(record, record, [], RunFacts("clipped", "static"))
+    look = RunView(record, record, [], RunFacts("clipped", "static"))
     found = clipped_again(look, look.force, 200.0)
     assert (found is not None and found.kind == "clipped") == is_clipped
     assert clipped_again(look, look.force, 100.0) is None  # no extreme

@@ -11,7 +11,7 @@ from bufferstand.evaluation.document import evaluation_document, run_entry
 from bufferstand.evaluation.document_types import FindingKind
 from bufferstand.evaluation.every_quantity import QUANTITIES
 from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, Spoiled, read_from
+from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, SpoiledFigures, read_from
 from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from tests.evaluation.plausibility.records import STRETCH, found, harmonic, of_kind, static
 from tests.evaluation.test_impact import impact
@@ -76,7 +76,7 @@ def test_no_row_concludes_anything_from_a_channel_that_a_finding_of_any_kind_spo
         for cycles in ((), *((number,) for number in numbers), tuple(numbers)):
             for kind in get_args(FindingKind):
                 finding = Finding(kind, channel, 0.0, 0.0, cycles, None, "", STRETCH, "spoils")
-                spoiled = Spoiled((finding,))
+                spoiled = SpoiledFigures((finding,))
                 for row in run.requirements:
                     of_cycle = None if events else row.cycle
                     hit = quantity in read_from(row.id) and (of_cycle is None or of_cycle in cycles)

@@ -7,8 +7,8 @@ import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.plausibility.force_jumps import _is_contact
-from bufferstand.evaluation.plausibility.leaps import Leap
-from bufferstand.evaluation.plausibility.passes import Pass, Way
+from bufferstand.evaluation.plausibility.leaps import SampleJump
+from bufferstand.evaluation.plausibility.passes import HalfCycle, Pass
 from bufferstand.evaluation.plausibility.samples import Samples
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import RunEvaluation
@@ -172,5 +172,5 @@ def test_a_preload_that_is_let_go_while_the_stroke_is_held_makes_no_jump() -> No
     time_s = np.linspace(0.0, 1.0, 101)
     force = Samples("force", time_s, np.where(time_s < 0.5, 0.2, 23.0 + 100.0 * (time_s - 0.5))[::-1])
     own = Pass(-1, np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.2, 23.0, 23.9, 24.8]))
-    assert _is_contact(force, Leap(49, 53, -22.0), Way(1, -1, 0.0, 1.0), own)
-    assert not _is_contact(force, Leap(39, 43, -22.0), Way(1, -1, 0.0, 1.0), own)
+    assert _is_contact(force, SampleJump(49, 53, -22.0), HalfCycle(1, -1, 0.0, 1.0), own)
+    assert not _is_contact(force, SampleJump(39, 43, -22.0), HalfCycle(1, -1, 0.0, 1.0), own)

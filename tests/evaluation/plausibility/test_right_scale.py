@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.plausibility.look import Look
+from bufferstand.evaluation.plausibility.look import RunView
 from bufferstand.evaluation.plausibility.scale import implausible_units
 from bufferstand.evaluation.plausibility.signs import turned_signs
 from bufferstand.evaluation.record import make_record
@@ -29,7 +29,7 @@ def test_loops_that_are_clipped_have_no_sign_and_no_stiffness() -> None:
     facts = RunFacts("c", "harmonic", specimen={"kind": "buffer", "max_stroke_mm": 105.0})
     told = []
     for cycles in (frozenset[int](), frozenset({1})):
-        look = Look(record, record, (), facts, clipped={"stroke": cycles})
+        look = RunView(record, record, (), facts, clipped={"stroke": cycles})
         # number, start, end, least and greatest force, area, rest, lower end, range, speed, temperature
         look.__dict__["figures"] = np.array([[1, 0.0, 4.0, 0.0, 300.0, -20.0, 0.0, 40.0, 1.0, 10.0, 20.0]])
         told.append({finding.kind for finding in (*implausible_units(look), *turned_signs(look))})

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.drivers.simulated.commands import Code, Command
+from bufferstand.drivers.simulated.commands import Command, CommandCode
 from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
-from bufferstand.drivers.simulated.truth import Truth
+from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record import Record, make_record
@@ -49,7 +49,7 @@ class Harmonic:
     def command(self, sequence: int) -> Command:
         return Command(
             sequence,
-            Code.HARMONIC,
+            CommandCode.HARMONIC,
             mean_mm=self.mean_mm,
             amplitude_mm=self.amplitude_mm,
             frequency_Hz=self.frequency_Hz,
@@ -77,7 +77,7 @@ class Static:
     def command(self, sequence: int) -> Command:
         return Command(
             sequence,
-            Code.STATIC,
+            CommandCode.STATIC,
             speed_mm_per_s=self.speed_mm_per_s,
             cycles=self.cycles,
             turning_force_kN=600.0,
@@ -127,9 +127,9 @@ def run_of(motion: Motion, reversal_s: float, seed: int = 1, **settings: object)
     chosen = simulation_settings(file)
     spring = SpringStepper(load_model(model_path(file)), chosen.ambient_C, chosen.ambient_C)
     update = TOUCHED_OFF | {"reversal_s": reversal_s, "seed": seed} | settings
-    stand = SimulatedDevice(file, chosen.model_copy(update=update), spring, lambda: 0.0, Truth())
+    stand = SimulatedDevice(file, chosen.model_copy(update=update), spring, lambda: 0.0, TruthLog())
     stand.controller.control(0x000F)
-    ramp = Command(1, Code.RAMP, target_mm=motion.start_mm, speed_mm_per_s=100.0)
+    ramp = Command(1, CommandCode.RAMP, target_mm=motion.start_mm, speed_mm_per_s=100.0)
     _carry_out(stand, ramp)
     stand.advance(1000)
     first = stand.ring.total

@@ -19,7 +19,7 @@ import numpy as np
 
 from bufferstand.daq.limits import guards_for
 from bufferstand.daq.metadata import run_document
-from bufferstand.daq.reached import Reached
+from bufferstand.daq.reached import StandOrigin
 from bufferstand.drivers.interfaces import EndReason, SampleBlock
 from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.miswired.settings import Miswired
@@ -213,7 +213,7 @@ def recorded(
         plan,
         opened.stand,
         opened.stand.controller.connect(),
-        Reached(True, "the bench's own"),
+        StandOrigin(True, "the bench's own"),
         guards,
         facts_of(stand_file),
     )

@@ -11,7 +11,7 @@ from bufferstand.model.curves import Curves
 from bufferstand.model.identification.drive import Drive, Reduction, join, reduce_run
 from bufferstand.model.identification.fitting import Solution, solve
 from bufferstand.model.identification.identify import experiment_of
-from bufferstand.model.identification.parameters import Frame
+from bufferstand.model.identification.parameters import FixedParts
 from bufferstand.model.identification.problem import Problem
 from bufferstand.model.identification.starting import start_vector
 from bufferstand.model.simulation import simulate
@@ -151,8 +151,8 @@ def measured(seed: int, experiments=None, first_rested=True) -> list[Drive]:
     return drives
 
 
-def frame() -> Frame:
-    return Frame(knots_mm=KNOTS_mm, reference_C=25.0, contact_ramp_mm=0.2)
+def frame() -> FixedParts:
+    return FixedParts(knots_mm=KNOTS_mm, reference_C=25.0, contact_ramp_mm=0.2)
 
 
 def fitted(drives) -> Solution:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.model.identification.identify import Settings, identify
+from bufferstand.model.identification.identify import FitSettings, identify
 from bufferstand.model.identification.missing_runs import missing_runs, needed
 from bufferstand.protocols.campaign import load_campaign
 from tests.model.identification.synthetic import (
@@ -34,7 +34,7 @@ def hook():
         (75.0, [static(44.0, 5.0, FINE_Hz), 10.0, *loops()]),
     ]
     runs = [simulated(model, parts, start, 20.0)[0] for start, parts in plan]
-    return identify(measured(7, runs), Settings(knots=10))
+    return identify(measured(7, runs), FitSettings(knots=10))
 
 
 def loops():
@@ -69,7 +69,7 @@ def test_i12_recovers_rate_effect_and_transition_while_the_spring_warms_up():
     parts = [part for motion in sweep for part in (motion, 10.0)]
     parts += [static(80.0, 20.0, FINE_Hz), 10.0, harmonic(30.0, 5.0, 0.5, 3, FINE_Hz)]
     pieces, _ = simulated(truth(), parts, 22.0, 20.0)
-    made = identify(measured(3, [pieces]), Settings(knots=6, hold_out=False))
+    made = identify(measured(3, [pieces]), FitSettings(knots=6, hold_out=False))
     found = {e.name: e for e in made.estimates}
     assert made.facts.warming_K > 3.0  # softening by as much as the whole rate effect
     assert found["beta"].value == pytest.approx(0.045, rel=0.08)
@@ -82,7 +82,7 @@ def cool_runs():
     """A slow stroke and a fast one, in a row, that hardly warm the spring."""
     parts = [static(60.0, 10.0, FINE_Hz), 60.0, harmonic(30.0, 4.0, 0.5, 2, FINE_Hz)]
     return identify(
-        measured(1, [simulated(truth(), parts, 24.0, 23.0)[0]]), Settings(knots=6, hold_out=False)
+        measured(1, [simulated(truth(), parts, 24.0, 23.0)[0]]), FitSettings(knots=6, hold_out=False)
     )
 
 
@@ -114,7 +114,7 @@ def test_the_missing_runs_are_a_campaign_that_is_understood(cool_runs, tmp_path:
 
 def test_refuses_what_cannot_be_used():
     with pytest.raises(BadInput, match="no parameter “kapazität”"):
-        identify([], Settings(without=("kapazität",)))
+        identify([], FitSettings(without=("kapazität",)))
     still = [simulated(truth(), [np.zeros(int(FINE_Hz))], 24.0, 20.0)[0]]
     with pytest.raises(BadInput, match="nothing was compressed"):
         identify(measured(1, still))

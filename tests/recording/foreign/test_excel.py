@@ -14,7 +14,7 @@ from openpyxl.utils.datetime import CALENDAR_MAC_1904, CALENDAR_WINDOWS_1900
 from openpyxl.worksheet.formula import ArrayFormula
 
 from bufferstand.recording.foreign.excel import ExcelRecord
-from bufferstand.recording.foreign.record import Reading
+from bufferstand.recording.foreign.record import ReadingOptions
 from bufferstand.recording.run import Run
 
 from .attempts import mapping, read, refused
@@ -293,7 +293,7 @@ def test_a_stated_number_means_no_value_however_it_is_written(tmp_path: Path) ->
 def test_an_integer_too_long_for_a_number_is_infinite(tmp_path: Path) -> None:
     path = book(tmp_path, {"Data": [HEAD, [0, 1, 2], [1, 777, 3]]})
     rewritten(path, "<v>777</v>", f"<v>{'9' * 400}</v>")
-    (numbers,) = ExcelRecord(path, Reading()).read([1, 2])
+    (numbers,) = ExcelRecord(path, ReadingOptions()).read([1, 2])
     assert numbers.columns[1].tolist() == [1.0, np.inf]
 
 

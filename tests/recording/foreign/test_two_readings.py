@@ -9,7 +9,7 @@ import pytest
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.splitting import text_rows
-from bufferstand.recording.foreign.thousands import SignWitness
+from bufferstand.recording.foreign.thousands import DecimalSignEvidence
 
 from .attempts import read, refused
 from .texts import HEADER, lines, values, write
@@ -258,7 +258,7 @@ def test_what_may_set_thousands_apart_is_refused(
     ],
 )
 def test_what_cannot_set_thousands_apart_is_a_decimal_sign(cells: list[str]) -> None:
-    witness = SignWitness(".")
+    witness = DecimalSignEvidence(".")
     for number, cell in enumerate(cells):  # in blocks of one
         witness.look(np.array([float(cell)]), np.array([number]), lambda _, text=cell: [text])  # type: ignore[misc]
     assert witness.suspect is None
