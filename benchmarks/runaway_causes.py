@@ -52,8 +52,8 @@ class Spoiled:
     Parameters
     ----------
     deaf_to : collection of int
-        Commands (:class:`bufferstand.drivers.simulated.commands.CommandCode`) that it acknowledges while it goes on
-        as before.
+        Commands (:class:`bufferstand.drivers.simulated.commands.CommandCode`) that it acknowledges while it
+        goes on as before.
     loses : str
         What is lost of the first request with a hold that goes over the wire in each run: its ``request`` or
         ``reply``; empty for neither.

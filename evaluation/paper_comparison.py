@@ -20,7 +20,7 @@ from bufferstand.evaluation.figures.loops import (
 )
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Level, Plot
 from bufferstand.evaluation.figures.timeline import STROKE, TEMPERATURE, TimelineStep, Trace, stroke_plot
-from bufferstand.evaluation.figures.trends import TrendSeries
+from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
 from bufferstand.evaluation.record import make_record
 from bufferstand.evaluation.results import CycleResult
 from bufferstand.evaluation.run import evaluate_run
@@ -200,12 +200,12 @@ def _trends(buffer: SpringModel) -> _Part:
     tangent = _axis("tangent_stiffness_kN_per_mm")
     figures = [
         PaperFigure(
-            "fig-08a", "Damping over frequency at 25 °C", trends.trend_plot(series, _axis("damping"))
+            "fig-08a", "Damping over frequency at 25 °C", trend_plot(series, _axis("damping"))
         ),
         PaperFigure(
             "fig-08b",
             "Stiffness over frequency at 25 °C, 80 mm/s",
-            trends.trend_plot(stiff, tangent),
+            trend_plot(stiff, tangent),
         ),
     ]
     return figures, rows

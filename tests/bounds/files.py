@@ -109,7 +109,9 @@ def base_specimen() -> Table:
 
 
 def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
-    """Return a document with one key set; ``path`` as of :class:`bufferstand.foundation.within.NumericKey`."""
+    """Return a document with one key set; ``path`` as of
+    :class:`bufferstand.foundation.within.NumericKey`.
+    """
     document = copy.deepcopy(document)
     names = [part for part in path if not part.startswith("kind=")]
     here: Any = document
