@@ -20,7 +20,7 @@ EVALUATE = """
 import sys
 from pathlib import Path
 from bufferstand.evaluation.document import evaluate_file
-from bufferstand.evaluation.results import Options
+from bufferstand.evaluation.facts.run_facts import Options
 assert evaluate_file(Path(sys.argv[1]), Options(draws=0)).cycles
 print(*sorted(name for name in sys.modules if name.split('.')[0] in ('scipy', 'pandas')))
 """
