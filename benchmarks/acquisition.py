@@ -26,20 +26,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.metadata import stream_document
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign_folder.run_metadata import stream_document
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
 from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.controllers.ring_controller import RingController
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.recorder import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TURN = 40

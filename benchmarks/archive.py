@@ -27,8 +27,8 @@ import h5py
 import numpy as np
 
 from bufferstand.recording.content import Event, Segment, StreamContent
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run, write_run
+from bufferstand.recording.runfile.file import open_run, write_run
+from bufferstand.recording.runfile.run import Run
 
 ROOT = Path(__file__).resolve().parents[1]
 SAMPLE = ROOT / "sample_runs/runs/013-harmonic-78mm-15mm-0.849Hz.h5"

@@ -16,11 +16,11 @@ import time
 from pathlib import Path
 
 from benchmarks.archive import make_run
-from bufferstand.evaluation.archive.cluster import ClusterWorkers
+from bufferstand.evaluation.archive.dask_cluster import ClusterWorkers
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
-from bufferstand.evaluation.archive.identity import EvaluationSettings
-from bufferstand.evaluation.archive.kept import RequestedParts
-from bufferstand.evaluation.archive.local import LocalWorkers
+from bufferstand.evaluation.archive.local_workers import LocalWorkers
+from bufferstand.evaluation.archive.settings_and_software import EvaluationSettings
+from bufferstand.evaluation.archive.stored_run import RequestedParts
 from bufferstand.evaluation.archive.tables import cycles_frame
 from bufferstand.evaluation.facts.run_facts import Options
 from tests.evaluation_archive.dask_cluster import DaskCluster, dask_cluster

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
-from bufferstand.foundation.kind import Kind
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
+from bufferstand.foundation.run_kinds import Kind
 
 Floats = NDArray[np.float64]
 RATE_HZ = 5000.0

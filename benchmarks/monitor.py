@@ -24,22 +24,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.metadata import stream_document
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.campaign_folder.run_metadata import stream_document
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
 from bufferstand.daq.monitor.access import Tokens
 from bufferstand.daq.monitor.process import Address, web_process
 from bufferstand.daq.monitor.publisher import Publisher, publishing
-from bufferstand.daq.panel import GuardPanel, GuardSet
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.motions import Harmonic, RampTo
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.recorder import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TOKENS = Tokens(view="benchmark", control="", free_view=True)

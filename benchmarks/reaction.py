@@ -31,25 +31,26 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.driving import Halt, MotionRunner
-from bufferstand.daq.guards import Action
-from bufferstand.daq.metadata import stream_document
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
-from bufferstand.daq.signals import StopRequest
-from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign_folder.run_metadata import stream_document
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.motions.motion_runner import Halt, MotionRunner
+from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.operator.stop_request import StopRequest
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import Controller, SampleBlock, Stand
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.process import start_process, wires_folder
-from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.process import start_process, wires_folder
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import with_endpoints
 from bufferstand.foundation.clock import Clock, WallClock
 from bufferstand.foundation.motions import ControllerMotion, RampTo, StandStill
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.recorder import RunRecorder
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TOP_MM = 10.0

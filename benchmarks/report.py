@@ -27,11 +27,11 @@ from pathlib import Path
 from bufferstand.evaluation.archive.comparison import load_evaluation
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.reading import read_source
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.source.reading import read_source
 from bufferstand.recording.content import StreamContent
-from bufferstand.recording.runfile import open_run, write_run
+from bufferstand.recording.runfile.file import open_run, write_run
 
 SAMPLES = Path(__file__).parents[1] / "sample_runs" / "runs"
 PAUSE_S = 20.0

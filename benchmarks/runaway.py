@@ -43,26 +43,27 @@ from benchmarks.runaway_causes import (
     AmokSine,
     Stiff,
 )
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.driving import Halt, MotionRunner
-from bufferstand.daq.guards import Action
-from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.motions.motion_runner import Halt, MotionRunner
+from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopReport, SafeStopSettings
+from bufferstand.daq.motions.stop_observer import SampleObserver
+from bufferstand.daq.operator.stop_request import StopRequest
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.signals import StopRequest
-from bufferstand.daq.stop_eyes import SampleObserver
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.physics import ActuatorFacts
-from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
-from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.register_maps.profile import Profile, load_profile
+from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.machine.physics import ActuatorFacts
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.clock import Clock
-from bufferstand.protocols.steps import Motion, RampTo, Release
+from bufferstand.foundation.motions import RampTo, Release
+from bufferstand.protocols.steps.motions import Motion
 
 SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 ROUND_TRIPS_S = (0.00004, 0.001, 0.002, 0.005, 0.01)

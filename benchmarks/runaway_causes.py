@@ -6,16 +6,16 @@ import struct
 from collections.abc import Callable, Collection
 from contextlib import suppress
 
-from bufferstand.daq.commanding import StrokeCommands
-from bufferstand.drivers.interfaces import CommandRejected
+from bufferstand.daq.strokes.commands import StrokeCommands
 from bufferstand.drivers.interfaces import SimulatedController as Interface
-from bufferstand.drivers.simulated.commands import Command, CommandCode
-from bufferstand.drivers.simulated.controller import SimulatedController
-from bufferstand.drivers.simulated.device import RATE_HZ
-from bufferstand.drivers.simulated.modbus_pdu import WRITE_SEVERAL
-from bufferstand.drivers.simulated.motions import HarmonicMotion as RunningSine
-from bufferstand.drivers.simulated.motions import Motion, RampMotion
-from bufferstand.drivers.simulated.virtual_link import Lost
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
+from bufferstand.drivers.simulated.machine.controller import SimulatedController
+from bufferstand.drivers.simulated.machine.device import RATE_HZ
+from bufferstand.drivers.simulated.machine.motions import HarmonicMotion as RunningSine
+from bufferstand.drivers.simulated.machine.motions import Motion, RampMotion
+from bufferstand.drivers.simulated.wires.modbus_requests import WRITE_SEVERAL
+from bufferstand.foundation.errors import CommandRejected
 from bufferstand.protocols.steps import HarmonicMotion
 
 STIFFNESS_KN_PER_MM = 20.0
@@ -52,8 +52,8 @@ class Spoiled:
     Parameters
     ----------
     deaf_to : collection of int
-        Commands (:class:`bufferstand.drivers.simulated.commands.CommandCode`) that it acknowledges while it
-        goes on as before.
+        Commands (:class:`bufferstand.drivers.simulated.machine.commands.CommandCode`) that it acknowledges
+        while it goes on as before.
     loses : str
         What is lost of the first request with a hold that goes over the wire in each run: its ``request`` or
         ``reply``; empty for neither.

@@ -10,9 +10,8 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from bufferstand.cli.from_python import compare, fit_model, plan_campaign, run_campaign, write_report
-    from bufferstand.evaluation.api import (
-        ImportOptions,
+    from bufferstand.cli import compare, fit_model, plan_campaign, run_campaign, write_report
+    from bufferstand.evaluation.document import (
         before_after,
         channels,
         cycles,
@@ -28,9 +27,9 @@ if TYPE_CHECKING:
         settling,
         summaries,
     )
-    from bufferstand.foundation.errors import BadInput
-    from bufferstand.model.file import load_model, save_model
-    from bufferstand.model.simulation import simulate
+    from bufferstand.foundation import BadInput
+    from bufferstand.model import load_model, save_model, simulate
+    from bufferstand.recording.foreign import ImportOptions
 
 __all__ = [
     "BadInput",
@@ -70,13 +69,13 @@ _ELSEWHERE = {
     "simulate": "model.simulation",
     "write_report": "cli.from_python",
 }
-"""The module of what does not come from :mod:`bufferstand.evaluation.api`."""
+"""The module of what does not come from :mod:`bufferstand.evaluation.document.python_api`."""
 
 
 def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = importlib.import_module(f"{__name__}.{_ELSEWHERE.get(name, 'evaluation.api')}")
+    module = importlib.import_module(f"{__name__}.{_ELSEWHERE.get(name, 'evaluation.document.python_api')}")
     found: object = getattr(module, name)
     globals()[name] = found
     return found

@@ -21,7 +21,7 @@ from typing import Any, Literal, TextIO, TypeVar
 
 import click
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 OPTION = "--yes-move"

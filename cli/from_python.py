@@ -9,24 +9,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bufferstand.cli.as_begun import demand_begun_anew
-from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.model_runs import read_runs, settings_of, sittings
-from bufferstand.cli.running import consent_to_move, perform
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.runner import CampaignOutcome
-from bufferstand.evaluation.api import Paths, paths_of
-from bufferstand.evaluation.archive.comparison import (
-    EvaluationComparison,
-    compare_evaluations,
-    load_evaluation,
-)
-from bufferstand.evaluation.report.writing import formats_here
-from bufferstand.evaluation.report.writing import write_comparison as write_comparison_report
-from bufferstand.evaluation.report.writing import write_report as write_run_report
-from bufferstand.foundation.errors import BadInput
-from bufferstand.model.identification.identify import Identification, identify
-from bufferstand.protocols.plan import Plan
+from bufferstand.cli.campaign import consent_to_move, demand_begun_anew, perform, prepare
+from bufferstand.cli.model import read_runs, settings_of, sittings
+from bufferstand.daq.campaign import CampaignOutcome
+from bufferstand.daq.campaign_folder import load_record
+from bufferstand.evaluation.archive import EvaluationComparison, compare_evaluations, load_evaluation
+from bufferstand.evaluation.document import Paths, paths_of
+from bufferstand.evaluation.report import formats_here
+from bufferstand.evaluation.report import write_comparison as write_comparison_report
+from bufferstand.evaluation.report import write_report as write_run_report
+from bufferstand.foundation import BadInput
+from bufferstand.model.identification import Identification, identify
+from bufferstand.protocols.planning import Plan
 
 
 def write_report(paths: Paths, out: str | Path) -> list[Path]:

@@ -16,9 +16,9 @@ try:
 
     import click
 
-    from bufferstand.cli.gone import drop, is_closed_terminal, shows_on_terminal
+    from bufferstand.cli.closed_terminal import drop, is_closed_terminal, shows_on_terminal
     from bufferstand.cli.lazy import LazyGroup, module_name
-    from bufferstand.foundation.errors import BadInput, DeviceFault, ExitStatus
+    from bufferstand.foundation import BadInput, DeviceFault, ExitStatus
 except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
     sys.stderr.write("bufferstand: stopped by the operator: nothing was begun\n")
     raise SystemExit(3) from None
@@ -144,7 +144,7 @@ def _flush(status: int) -> None:
 def _ended_by_signals() -> Iterator[None]:
     """While inside, SIGTERM and SIGHUP do what Ctrl-C does, unless they are ignored (nohup).
 
-    A command that has a stand to stop puts its own handlers in their place (daq.signals).
+    A command that has a stand to stop puts its own handlers in their place (daq.operator.stop_request).
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -13,9 +13,8 @@ from typing import Any, Literal, TextIO, TypeVar
 
 import click
 
-from bufferstand.foundation.clock import DELAYS_TO_SPEED
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.output import check_outputs, replaced_whole
+from bufferstand.foundation import DELAYS_TO_SPEED, BadInput
+from bufferstand.foundation.files import check_outputs, replaced_whole
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 JUDGED_TO_SPEED = f"delays of signals are judged only at a speed of at most {DELAYS_TO_SPEED:g}"
@@ -79,7 +78,7 @@ def monitor_address(context: click.Context, parameter: click.Parameter, value: s
     """
     if value is None:
         return None
-    from bufferstand.daq.monitor.process import parse_address  # noqa: PLC0415 - only where a page is wanted
+    from bufferstand.daq.monitor import parse_address  # noqa: PLC0415 - only where a page is wanted
 
     return parse_address(value)
 
@@ -157,7 +156,7 @@ def open_output(target: str) -> Iterator[TextIO]:
     Raises
     ------
     BadInput
-        As :func:`bufferstand.foundation.output.replaced_whole`, and if standard output is closed.
+        As :func:`bufferstand.foundation.files.output.replaced_whole`, and if standard output is closed.
     """
     if target == "-":
         if sys.stdout is None:  # closed by whoever started this
@@ -174,7 +173,7 @@ def check_named(*targets: str | Path | None) -> None:
     Raises
     ------
     BadInput
-        As :func:`bufferstand.foundation.output.check_outputs`.
+        As :func:`bufferstand.foundation.files.output.check_outputs`.
     """
     check_outputs(Path(target) for target in targets if target is not None and str(target) != "-")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 
 
 def sample(name: str) -> Path:

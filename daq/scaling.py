@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
-from bufferstand.foundation.channel import Branch
-from bufferstand.foundation.zero import Zero
+from bufferstand.drivers import SampleBlock, StreamFacts
+from bufferstand.foundation.channels import Branch, Zero
 
 STROKE_WIRES = ("stroke_1", "stroke_2")
 """The two draw wires on the buffer."""

@@ -1,1 +1,48 @@
 """Talk to one device each: wires, registers, readings. Knows nothing of tests."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.drivers.connect import (
+        ControllerAnswer,
+        build_controller,
+        look_at_controller,
+    )
+    from bufferstand.drivers.connect_sensors import (
+        build_sensors,
+    )
+    from bufferstand.drivers.interfaces import (
+        NO_REPLY,
+        Controller,
+        ControllerStatus,
+        EndReason,
+        Identity,
+        MotionState,
+        SampleBlock,
+        SensorFault,
+        Stand,
+        StreamFacts,
+        WriterSeen,
+    )
+
+__all__ = [
+    "NO_REPLY",
+    "Controller",
+    "ControllerAnswer",
+    "ControllerStatus",
+    "EndReason",
+    "Identity",
+    "MotionState",
+    "SampleBlock",
+    "SensorFault",
+    "Stand",
+    "StreamFacts",
+    "WriterSeen",
+    "build_controller",
+    "build_sensors",
+    "look_at_controller",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

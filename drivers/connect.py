@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bufferstand.drivers.build_sensors import build_sensors as build_sensors  # noqa: PLC0414 - the other half of it
+from bufferstand.drivers.connect_sensors import build_sensors
+from bufferstand.drivers.controllers import NoticeBoard, PollingController, RegisterController, RingController
 from bufferstand.drivers.interfaces import Identity, Stand
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
-from bufferstand.drivers.polling_controller import PollingController
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.register_controller import RegisterController
-from bufferstand.drivers.ring_controller import RingController
+from bufferstand.drivers.modbus import ModbusLink, RtuWire, TcpWire, Wire
+from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.writer_notice import NoticeBoard
-from bufferstand.foundation.clock import Clock
+from bufferstand.foundation import Clock
 
 
 def build_controller(

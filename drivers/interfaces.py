@@ -11,14 +11,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.drivers.delivery import Delivery
-from bufferstand.drivers.poll_delivery import PollDelivery
-from bufferstand.foundation.channel import Channel
-from bufferstand.foundation.errors import CommandRejected as CommandRejected  # noqa: PLC0414 - part of the interface
-from bufferstand.foundation.errors import DeviceFault as DeviceFault  # noqa: PLC0414 - part of the interface
-from bufferstand.foundation.errors import NotInCharge as NotInCharge  # noqa: PLC0414 - part of the interface
-from bufferstand.foundation.errors import WireLost as WireLost  # noqa: PLC0414 - part of the interface
-from bufferstand.foundation.motions import ControllerMotion, Release
+from bufferstand.drivers.delivery_rate import Delivery, PollDelivery
+from bufferstand.foundation import (
+    ControllerMotion,
+    Release,
+    WireLost,
+)
+from bufferstand.foundation.channels import Channel
 
 NO_REPLY = "no reply within"
 """Words of an event of the wire: a request was waited for in vain, and sent again."""

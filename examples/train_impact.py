@@ -21,10 +21,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bufferstand.model.energy import stored_energy
-from bufferstand.model.file import load_model
-from bufferstand.model.spring import SpringModel
-from bufferstand.model.stepper import SpringStepper
+from bufferstand.model import SpringModel, SpringStepper, load_model, stored_energy
 
 Floats = NDArray[np.float64]
 MODELS = Path(__file__).parents[1] / "sample_runs" / "models"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator, PPoly
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 
 Floats = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import write_text
 from bufferstand.foundation.settings import Numbers, Settings, load_settings
-from bufferstand.foundation.text_file import write_text
 from bufferstand.model.curves import Curves
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 

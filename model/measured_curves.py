@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import isotonic_regression
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.model.curves import Curves
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.model.curves import Curves
 from bufferstand.model.tables import BandTables
 

@@ -7,12 +7,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from bufferstand.foundation.force_speed import ForceSpeed, curve_problem
-from bufferstand.foundation.settings import Settings
+from bufferstand.foundation import ForceSpeed, curve_problem
+from bufferstand.foundation.settings import Settings, Within, WrongKeyError
 from bufferstand.foundation.specimen import Specimen
-from bufferstand.foundation.wanted import Within
-from bufferstand.foundation.wrong_key import WrongKeyError
-from bufferstand.protocols.physical import Force, Frequency, Speed, Stroke, Temperature
+from bufferstand.protocols.bounded_numbers import Force, Frequency, Speed, Stroke, Temperature
 
 TemperaturePolicy = Literal["stop", "wait-and-continue", "skip"]
 """What happens at the temperature stop (docs/campaign-file.md)."""

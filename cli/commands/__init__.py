@@ -1,1 +1,1 @@
-"""One module a sub-command; each holds ``command``."""
+"""One module for each sub-command, in groups by purpose; each holds `command`."""

@@ -7,7 +7,7 @@ from typing import Any
 import click
 import orjson
 
-from bufferstand.foundation.errors import ExitStatus
+from bufferstand.foundation import ExitStatus
 
 NAMES = {
     "stand": "Stand file of bufferstand",
@@ -38,7 +38,7 @@ def command(name: str) -> int:
 
 def schema_of(name: str) -> dict[str, Any]:
     """Return the JSON Schema of one of :data:`NAMES`."""
-    from bufferstand.foundation.json_schema import json_schema
+    from bufferstand.foundation import json_schema
 
     return json_schema(_described(name), NAMES[name])
 
@@ -50,7 +50,7 @@ def _described(name: str) -> type:  # noqa: PLR0911 - one way out for each name;
 
             return StandFile
         case "campaign":
-            from bufferstand.protocols.campaign import CampaignFile
+            from bufferstand.protocols.campaign_file import CampaignFile
 
             return CampaignFile
         case "specimen":
@@ -58,30 +58,30 @@ def _described(name: str) -> type:  # noqa: PLR0911 - one way out for each name;
 
             return SpecimenFile
         case "limit-set":
-            from bufferstand.evaluation.requirements.limit_set import LimitSet
+            from bufferstand.evaluation.requirements import LimitSet
 
             return LimitSet
         case "report":
-            from bufferstand.evaluation.report.fields import ReportFields
+            from bufferstand.evaluation.report.source import ReportFields
 
             return ReportFields
         case "inspection":
-            from bufferstand.evaluation.facts.inspection import Inspection
+            from bufferstand.evaluation.facts import Inspection
 
             return Inspection
         case "mapping":
-            from bufferstand.recording.foreign.mapping import MappingFile
+            from bufferstand.recording.foreign import MappingFile
 
             return MappingFile
         case "profile":
-            from bufferstand.drivers.profile import ProfileFile
+            from bufferstand.drivers.register_maps import ProfileFile
 
             return ProfileFile
         case "model":
-            from bufferstand.model.file import ModelFile
+            from bufferstand.model import ModelFile
 
             return ModelFile
         case _:
-            from bufferstand.evaluation.document_types import EvaluationDocument
+            from bufferstand.evaluation.facts import EvaluationDocument
 
             return EvaluationDocument

@@ -1,1 +1,40 @@
 """The live monitor: the acquiring process tells, a process of its own shows it to browsers."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.daq.monitor.access import (
+        is_loopback,
+        new_tokens,
+    )
+    from bufferstand.daq.monitor.process import (
+        Address,
+        bind,
+        demand_libraries,
+        links,
+        parse_address,
+        web_process,
+    )
+    from bufferstand.daq.monitor.publisher import (
+        publishing,
+    )
+    from bufferstand.daq.monitor.server import (
+        serve,
+    )
+
+__all__ = [
+    "Address",
+    "bind",
+    "demand_libraries",
+    "is_loopback",
+    "links",
+    "new_tokens",
+    "parse_address",
+    "publishing",
+    "serve",
+    "web_process",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

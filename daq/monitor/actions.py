@@ -12,10 +12,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from bufferstand.daq.control import LEVELS, LONGEST_NAME, ask
 from bufferstand.daq.monitor.access import is_loopback
-from bufferstand.daq.notes import add_note, signed_note
-from bufferstand.foundation.errors import BadInput
+from bufferstand.daq.operator import LEVELS, LONGEST_NAME, add_note, ask, signed_note
+from bufferstand.foundation import BadInput
 
 LOG_NAME = "actions.jsonl"
 """What was asked for through pages, in the campaign's folder: one line each, only ever added to."""

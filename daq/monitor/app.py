@@ -21,7 +21,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from bufferstand.daq.monitor.access import Access, Rights
 from bufferstand.daq.monitor.actions import Actions, who_asks
 from bufferstand.daq.monitor.view import Cursor, View
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 
 MOST_PAGES = 24
 """Pages that are served at once."""

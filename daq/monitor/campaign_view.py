@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bufferstand.daq.notes import NOTES_NAME, read_notes
-from bufferstand.foundation.errors import BadInput
+from bufferstand.daq.operator import NOTES_NAME, read_notes
+from bufferstand.foundation import BadInput
 
 if TYPE_CHECKING:
-    from bufferstand.daq.folder import CampaignRecord
+    from bufferstand.daq.campaign_folder import CampaignRecord
 
 NOTES_SHOWN = 100
 
@@ -40,7 +40,7 @@ class FolderWatch:
     def look(self) -> FolderNews:
         """Return what has changed since the last look."""
         # Takes seconds on a busy machine, for the planner's libraries: the page is served before.
-        from bufferstand.daq.folder import RECORD_NAME, load_record  # noqa: PLC0415
+        from bufferstand.daq.campaign_folder import RECORD_NAME, load_record  # noqa: PLC0415
 
         record, notes, problem = None, None, ""
         if self._changed(RECORD_NAME):

@@ -12,15 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from bufferstand.daq.monitor.campaign_view import FolderWatch, campaign_section, steps_section
+from bufferstand.daq.monitor.journal_tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
-from bufferstand.daq.monitor.tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.view import View
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.line_socket import short_address
+from bufferstand.foundation import BadInput, short_address
 
 if TYPE_CHECKING:
-    from bufferstand.daq.folder import CampaignRecord
-    from bufferstand.model.spring import HeatBalance
+    from bufferstand.daq.campaign_folder import CampaignRecord
+    from bufferstand.model import HeatBalance
 
 LOOK_S = 0.5
 """The folder is looked at this often [s]."""

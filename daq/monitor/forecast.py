@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.foundation.specimen import load_specimen
-from bufferstand.model.file import load_model
-from bufferstand.model.prediction import heat_step
-from bufferstand.model.spring import HeatBalance
-from bufferstand.protocols.campaign import load_campaign
+from bufferstand.model import HeatBalance, heat_step, load_model
+from bufferstand.protocols.campaign_file import load_campaign
 from bufferstand.protocols.prediction import Temperatures as State
 from bufferstand.protocols.prediction import sensor_after
 

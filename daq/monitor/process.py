@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import IO
 
 from bufferstand.daq.monitor.access import Tokens, is_loopback, new_tokens
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8420

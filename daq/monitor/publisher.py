@@ -20,12 +20,11 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.guard_site import CONTROLLER_STREAM, FORCE_2_STREAM
-from bufferstand.daq.monitor.rows import RowBuffer, finite
-from bufferstand.daq.panel import GuardSet
-from bufferstand.daq.progress import CampaignProgress
+from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
+from bufferstand.daq.monitor.sample_rows import RowBuffer, finite
+from bufferstand.daq.operator import CampaignProgress
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.foundation.line_socket import bind_for_oneself
+from bufferstand.foundation import bind_for_oneself
 
 LIVE_NAME = "live"
 """Name of the socket in the campaign's folder."""

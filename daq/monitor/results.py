@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.evaluation.catalogue import QUANTITIES
 from bufferstand.evaluation.document import evaluate_entry
-from bufferstand.evaluation.every_quantity import QUANTITIES
-from bufferstand.evaluation.load import load_run
-from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.catalogue import facts_of, run_files
+from bufferstand.evaluation.loading import load_run
+from bufferstand.foundation import BadInput
+from bufferstand.recording.finding import facts_of, run_files
 from bufferstand.recording.runfile import open_run
 
 LOOP_ROWS = 1500

@@ -8,10 +8,9 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from bufferstand.drivers.simulated.faults import parse_fault
-from bufferstand.drivers.simulated.faults_file import load_faults
-from bufferstand.drivers.simulated.server import Served, ServerOptions, serve, write_endpoints
-from bufferstand.foundation.errors import BadInput, ExitStatus
+from bufferstand.drivers.simulated.faults import load_faults, parse_fault
+from bufferstand.drivers.simulated.serving import Served, ServerOptions, serve, write_endpoints
+from bufferstand.foundation import BadInput, ExitStatus
 
 
 def main(arguments: list[str] | None = None) -> int:

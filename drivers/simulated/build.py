@@ -6,15 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bufferstand.drivers.simulated.device import SimulatedDevice
 from bufferstand.drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
-from bufferstand.drivers.simulated.physics import Spring
+from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
-from bufferstand.drivers.simulated.truth import TruthLog
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.foundation.errors import BadInput
-from bufferstand.model.file import load_model
-from bufferstand.model.stepper import SpringStepper
+from bufferstand.foundation import BadInput
+from bufferstand.model import SpringStepper, load_model
 
 
 def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:

@@ -7,10 +7,9 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 
-from bufferstand.drivers.simulated.miswired.settings import Miswired
+from bufferstand.drivers.simulated.miswiring import Miswired
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.force_speed import curve_problem
+from bufferstand.foundation import BadInput, curve_problem
 from bufferstand.foundation.settings import Settings, read_text, refusal
 
 

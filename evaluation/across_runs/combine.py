@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.facts.shared_errors import SharedContributions
+from bufferstand.evaluation.facts import SharedContributions
+from bufferstand.evaluation.numerics import FloatArray
 
 PROBABILITY = 0.95
 """Probability that a ``half_width_95`` covers."""

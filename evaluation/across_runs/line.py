@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 
 from bufferstand.evaluation.across_runs.combine import COVERAGE, Figures, RunFigure
-from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.numerics import FloatArray
 
 _HALVINGS = 60
 _ROUNDING = 1e-9

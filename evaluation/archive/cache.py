@@ -13,12 +13,11 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from bufferstand.evaluation.archive.kept import RequestedParts, StoredRun
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.names import readable
-from bufferstand.recording.cachefile import STAMP_COLUMNS, CacheFile, Stamp, check_sum
-from bufferstand.recording.layout import file_is_as_sealed
-from bufferstand.recording.runfile import read_metadata
+from bufferstand.evaluation.archive.stored_run import RequestedParts, StoredRun
+from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import readable
+from bufferstand.recording.finding import STAMP_COLUMNS, CacheFile, Stamp, check_sum
+from bufferstand.recording.runfile import file_is_as_sealed, read_metadata
 
 FILE_NAME = "evaluations-3.sqlite"
 KEPT_DAYS = 90

@@ -18,11 +18,10 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from bufferstand.evaluation.differences import UncertainValue, difference
-from bufferstand.evaluation.document import SCHEMA
-from bufferstand.evaluation.facts.shared_errors import SharedContributions, SharedErrors, shared_of
-from bufferstand.evaluation.table import version_text
-from bufferstand.foundation.errors import BadInput
+from bufferstand.evaluation.across_runs import UncertainValue, difference
+from bufferstand.evaluation.document import SCHEMA, version_text
+from bufferstand.evaluation.facts import SharedContributions, SharedErrors, shared_of
+from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import read_text
 
 ROUNDING = 1e-12

@@ -8,15 +8,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
+from bufferstand.evaluation.across_runs import Copy, each_once
+from bufferstand.evaluation.across_runs.conformity import Decided, decide_purposes
 from bufferstand.evaluation.archive.cache import Cache
-from bufferstand.evaluation.archive.identity import EvaluationSettings, Software, settings_entry, software
-from bufferstand.evaluation.archive.kept import RequestedParts, StoredRun
-from bufferstand.evaluation.archive.work import File, Outcome
-from bufferstand.evaluation.conformity.purposes import Decided, decide_purposes
-from bufferstand.evaluation.copies import Copy, each_once
+from bufferstand.evaluation.archive.settings_and_software import (
+    EvaluationSettings,
+    Software,
+    settings_entry,
+    software,
+)
+from bufferstand.evaluation.archive.stored_run import RequestedParts, StoredRun
+from bufferstand.evaluation.archive.tasks import File, Outcome
 from bufferstand.evaluation.document import SCHEMA, what_runs_say_together
-from bufferstand.foundation.names import readable
-from bufferstand.recording.cachefile import Stamp, stamp_of
+from bufferstand.foundation.files import readable
+from bufferstand.recording.finding import Stamp, stamp_of
 
 _EVERYTHING = RequestedParts()
 _KEEP_EVERY = 50
@@ -142,8 +147,8 @@ def evaluate_archive(
     files : sequence of Path
     settings : Settings
     workers : Workers
-        :class:`bufferstand.evaluation.archive.local.LocalWorkers` or
-        :class:`bufferstand.evaluation.archive.cluster.ClusterWorkers`.
+        :class:`bufferstand.evaluation.archive.local_workers.LocalWorkers` or
+        :class:`bufferstand.evaluation.archive.dask_cluster.ClusterWorkers`.
     cache : Cache, optional
         What is known already; without one everything is evaluated.
     wanted : Wanted

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.across_runs.conformity import Purpose
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
-from bufferstand.evaluation.archive.kept import StoredRun
-from bufferstand.evaluation.conformity.purposes import Purpose
-from bufferstand.evaluation.every_quantity import QUANTITIES
-from bufferstand.evaluation.results import EXTREME_NAMES
-from bufferstand.evaluation.table import (
+from bufferstand.evaluation.archive.stored_run import StoredRun
+from bufferstand.evaluation.catalogue import QUANTITIES
+from bufferstand.evaluation.document import (
     OfRun,
     check_table_name,
     cycle_frame,
@@ -23,6 +22,7 @@ from bufferstand.evaluation.table import (
     write_cycles,
     write_frames,
 )
+from bufferstand.evaluation.facts import EXTREME_NAMES
 
 if TYPE_CHECKING:  # takes a third of a second, and a table of cycles in CSV does without
     import pandas as pd
@@ -32,7 +32,10 @@ PRETTY_RUNS = 20
 
 
 def cycles_frame(evaluation: ArchiveEvaluation) -> pd.DataFrame:
-    """Return the table with a row a cycle (columns: :func:`bufferstand.evaluation.table.cycle_table`)."""
+    """Return the table with a row a cycle (columns.
+
+    :func:`bufferstand.evaluation.document.tables.cycle_table`).
+    """
     return cycle_frame(*_cycles(evaluation))
 
 
@@ -157,7 +160,7 @@ def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path 
     Raises
     ------
     BadInput
-        As :func:`bufferstand.evaluation.table.write_table`.
+        As :func:`bufferstand.evaluation.document.tables.write_table`.
     """
     for path in (cycles, runs):
         if path is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bufferstand.evaluation.document_types import FirstContactEntry
+from bufferstand.evaluation.facts.document_types import FirstContactEntry
 
 
 @dataclass(frozen=True)

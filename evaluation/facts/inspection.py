@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from bufferstand.foundation.canonical import content_hash
+from bufferstand.foundation.files import content_hash
 from bufferstand.foundation.settings import Day, Settings
 
 Length = Annotated[float, Field(gt=0)] | Literal["fill-in"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.numerics import FloatArray
 
 TURN = 0.2
 """The turn of a loop is looked for within this share of its range below the top."""

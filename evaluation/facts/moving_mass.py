@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from bufferstand.evaluation.choices import ForceCell
+from bufferstand.evaluation.facts.choices import ForceCell
 
 MassSource = Literal["none", "stand", "option"]
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
-from bufferstand.evaluation.across_runs.identity import ChannelIdentity
-from bufferstand.evaluation.choices import DRAWS, DecisionRule, ForceCell
+from bufferstand.evaluation.facts.channel_identity import ChannelIdentity
+from bufferstand.evaluation.facts.choices import DRAWS, DecisionRule, ForceCell
 from bufferstand.evaluation.facts.inspection import Inspection
 from bufferstand.evaluation.facts.moving_mass import MovingMass
 from bufferstand.evaluation.facts.shared_errors import MeasuringChain
-from bufferstand.foundation.channel import ChannelUncertainty
-from bufferstand.foundation.kind import Kind
-from bufferstand.foundation.purpose import Purpose
-from bufferstand.recording.run import RunEvent
+from bufferstand.foundation import Kind, Purpose
+from bufferstand.foundation.channels import ChannelUncertainty
+from bufferstand.recording.runfile import RunEvent
 
 
 @dataclass(frozen=True)

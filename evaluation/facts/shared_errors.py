@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
-from bufferstand.evaluation.across_runs.identity import ChannelIdentity, assumed
-from bufferstand.evaluation.document_types import Basis, SharedErrorsEntry
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.facts.channel_identity import ChannelIdentity, assumed
+from bufferstand.evaluation.facts.document_types import Basis, SharedErrorsEntry
+from bufferstand.foundation.channels import ChannelUncertainty
 
 Distribution = Literal["rectangular", "normal"]
 

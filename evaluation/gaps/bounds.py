@@ -7,7 +7,7 @@ what a figure changes by bounds what the hole itself can have changed. Where tha
 cycles like this one that lack nothing, the same hole is opened in them: what it changes there is the bound.
 
 Between the readings of a force that was brought to the stroke's instants, it is the same: the record is
-evaluated once more with what every second reading gives (:mod:`bufferstand.evaluation.channels.bring`).
+evaluated once more with what every second reading gives (:mod:`bufferstand.evaluation.loading.resample`).
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.catalogue import OF_THERMOMETER, QUANTITIES
 from bufferstand.evaluation.cycles import find_with_harmonics
-from bufferstand.evaluation.every_quantity import OF_THERMOMETER, QUANTITIES
-from bufferstand.evaluation.gaps.bridge import RecordGap
-from bufferstand.evaluation.gaps.coarse import (
+from bufferstand.evaluation.facts import Cycle, CycleResult, TurningPoint
+from bufferstand.evaluation.gaps.bridging import RecordGap
+from bufferstand.evaluation.gaps.coarse_sampling import (
     SMOOTH_SHARE,
     coarse_cycles,
     energy_noise_J,
@@ -33,11 +34,9 @@ from bufferstand.evaluation.gaps.coarse import (
     shows_turns,
     without,
 )
-from bufferstand.evaluation.gaps.donors import choose_donors, opened
-from bufferstand.evaluation.motion import Cycle, TurningPoint
+from bufferstand.evaluation.gaps.like_cycles import choose_donors, opened
 from bufferstand.evaluation.quantities import evaluate_cycles
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.results import CycleResult
 
 WIDER = 0.5
 """A hole is widened by this share of its length to either side, at least by one sample."""
@@ -104,7 +103,7 @@ def gap_bounds(record: Record, holes: Sequence[RecordGap], results: Sequence[Cyc
     Parameters
     ----------
     record : Record
-        Bridged (:func:`bufferstand.evaluation.gaps.bridge.bridged`).
+        Bridged (:func:`bufferstand.evaluation.gaps.bridging.bridged`).
     holes : sequence of Hole
     results : sequence of CycleResult
         Of that record.

@@ -9,22 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
-from bufferstand.evaluation.plausibility.clipped import clipped
-from bufferstand.evaluation.plausibility.codes import codes
-from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.frozen import frozen
-from bufferstand.evaluation.plausibility.held import held
+from bufferstand.evaluation.facts import Finding
+from bufferstand.evaluation.plausibility.cycle_outliers import unlike_cycles
+from bufferstand.evaluation.plausibility.invalid_samples import codes, spikes
 from bufferstand.evaluation.plausibility.jumps import (
     jumps,
     jumps_in_metres,
     jumps_in_newtons,
     jumps_of_turned_stroke,
 )
-from bufferstand.evaluation.plausibility.look import RunView
-from bufferstand.evaluation.plausibility.scale import implausible_units
-from bufferstand.evaluation.plausibility.signs import force_falls, turned_signs
-from bufferstand.evaluation.plausibility.spikes import spikes
-from bufferstand.evaluation.plausibility.unlike import unlike_cycles
+from bufferstand.evaluation.plausibility.run_view import RunView
+from bufferstand.evaluation.plausibility.stuck_channels import clipped, frozen, held
+from bufferstand.evaluation.plausibility.units_and_signs import force_falls, implausible_units, turned_signs
 
 Detector = Callable[[RunView], list[Finding]]
 DETECTORS: tuple[Detector, ...] = (

@@ -2,43 +2,48 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.amendment import amendment_notice, amendment_section
-from bufferstand.evaluation.report.budgets import budgets_section
-from bufferstand.evaluation.report.closing import (
+from bufferstand.evaluation.report.content import Block, Content, Section, Texts
+from bufferstand.evaluation.report.pictures import figures_section
+from bufferstand.evaluation.report.sections import (
+    amendment_notice,
+    amendment_section,
+    budgets_section,
+    calibrations,
+    changes_of,
+    conditions_section,
+    conformity_section,
+    contact_section,
+    customer,
+    cycles_section,
     data_section,
     deviations_section,
-    not_as_required,
-    opinions_section,
-    rule_section,
-    statements_section,
-    warnings_section,
-)
-from bufferstand.evaluation.report.conditions import conditions_section
-from bufferstand.evaluation.report.conformity import conformity_section, not_tested_section
-from bufferstand.evaluation.report.content import Block, Content, Section, Texts
-from bufferstand.evaluation.report.evidence import evidence_section, temperature_section
-from bufferstand.evaluation.report.fields import missing_fields
-from bufferstand.evaluation.report.gallery import figures_section
-from bufferstand.evaluation.report.history import contact_section, history_section
-from bufferstand.evaluation.report.identification import (
-    calibrations,
-    customer,
+    evidence_section,
     head,
+    history_section,
     identification,
     laboratory,
+    missing_references,
+    model_section,
+    not_as_required,
+    not_tested_section,
     operator,
+    opinions_section,
     overdue,
+    plausibility_section,
+    reevaluation_notice,
+    reevaluation_section,
+    requirements_section,
+    rule_section,
+    runs_section,
     simulated_notice,
+    software_section,
+    spoiled_notice,
+    statements_section,
+    temperature_section,
+    verdict_line,
+    warnings_section,
 )
-from bufferstand.evaluation.report.modelled import model_section
-from bufferstand.evaluation.report.plausibility import plausibility_section, spoiled_notice
-from bufferstand.evaluation.report.purposes import purpose_warnings
-from bufferstand.evaluation.report.reevaluation import changes_of, reevaluation_notice, reevaluation_section
-from bufferstand.evaluation.report.references import missing_references
-from bufferstand.evaluation.report.source import ReportSource, runs_text
-from bufferstand.evaluation.report.tables import cycles_section, runs_section
-from bufferstand.evaluation.report.validated import software_section
-from bufferstand.evaluation.report.verdicts import requirements_section, verdict_line
+from bufferstand.evaluation.report.source import ReportSource, missing_fields, purpose_warnings, runs_text
 
 
 def build_content(source: ReportSource) -> Content:

@@ -18,14 +18,11 @@ from bufferstand.evaluation.report.content import (
     Texts,
     VerdictLine,
 )
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.rendering import render_html, render_pdf
 from bufferstand.evaluation.report.writing import pdf_available
-from bufferstand.evaluation.validation.judging import Check
-from bufferstand.evaluation.validation.performing import SetResult
-from bufferstand.evaluation.validation.proof import Validation
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.output import replaced_whole
+from bufferstand.evaluation.validation import Check, SetResult, Validation
+from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import replaced_whole
 
 NAME = "validation"
 _GROUPS = {

@@ -9,17 +9,20 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.figures import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.build_comparison import build_comparison
+from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.purposes import check_chosen
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.sides import MOST_SIDES, side_by_side
-from bufferstand.foundation.errors import BadInput
+from bufferstand.evaluation.report.rendering import render_html, render_pdf
+from bufferstand.evaluation.report.source import (
+    MOST_SIDES,
+    Given,
+    ReportFields,
+    check_chosen,
+    read_source,
+    side_by_side,
+)
+from bufferstand.foundation import BadInput
 
 
 def _html(content: Content, figures: Sequence[str]) -> bytes:

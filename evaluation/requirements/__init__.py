@@ -1,1 +1,59 @@
-"""Requirements of standards: limits as data, conditions of the test, verdicts with a decision rule."""
+"""Requirements of standards.
+
+Limit sets, decision rule, and the judgement of static, impact, proof and maintenance tests.
+"""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.evaluation.requirements.checklist import (
+        asked_items,
+    )
+    from bufferstand.evaluation.requirements.contact_zero import (
+        COUNTED,
+    )
+    from bufferstand.evaluation.requirements.decision import (
+        run_verdict,
+    )
+    from bufferstand.evaluation.requirements.inspection import (
+        inspection_of,
+        load_inspection,
+        unused,
+    )
+    from bufferstand.evaluation.requirements.judgement import (
+        assumptions,
+        is_judged,
+        judge_with_contact,
+        why_not_judged,
+    )
+    from bufferstand.evaluation.requirements.limit_set import (
+        LimitSet,
+        find_limit_set,
+        shipped_limit_set,
+        shipped_names,
+    )
+    from bufferstand.evaluation.requirements.rows import (
+        Case,
+    )
+
+__all__ = [
+    "COUNTED",
+    "Case",
+    "LimitSet",
+    "asked_items",
+    "assumptions",
+    "find_limit_set",
+    "inspection_of",
+    "is_judged",
+    "judge_with_contact",
+    "load_inspection",
+    "run_verdict",
+    "shipped_limit_set",
+    "shipped_names",
+    "unused",
+    "why_not_judged",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.facts import RequirementResult, Verdict
 from bufferstand.evaluation.requirements.limit_set import InspectionItem, LimitSet
 from bufferstand.evaluation.requirements.rows import Case, RowLimits, row
-from bufferstand.evaluation.results import RequirementResult
 
 SERVICEABLE = InspectionItem(
     id="serviceable-condition", text="the specimen is in serviceable condition after the proof load"

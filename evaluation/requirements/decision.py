@@ -6,9 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from bufferstand.evaluation.choices import DecisionRule
-from bufferstand.evaluation.document_types import Verdict
-from bufferstand.evaluation.results import RequirementResult
+from bufferstand.evaluation.facts import DecisionRule, RequirementResult, Verdict
 
 
 def conformance_probability(

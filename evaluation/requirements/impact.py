@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.facts import CycleResult, RequirementResult, Verdict
+from bufferstand.evaluation.requirements.conditions import why_not
 from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import Limit
 from bufferstand.evaluation.requirements.rows import (
@@ -19,8 +20,6 @@ from bufferstand.evaluation.requirements.rows import (
     shown,
     unfilled_why,
 )
-from bufferstand.evaluation.requirements.strokes import why_not
-from bufferstand.evaluation.results import CycleResult, RequirementResult
 
 
 def judge_impact(case: Case) -> list[RequirementResult]:

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bufferstand.evaluation.facts.inspection import Inspection
-from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.foundation.errors import BadInput
+from bufferstand.evaluation.facts import Inspection, RunFacts
+from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import load_settings
 
 

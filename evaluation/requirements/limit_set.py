@@ -13,13 +13,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
+from bufferstand.evaluation.quantities.temperature import READING_INTERVAL_S
 from bufferstand.evaluation.requirements.readings import LimitSetReadings
-from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S
-from bufferstand.foundation.canonical import content_hash
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.kind import Kind
-from bufferstand.foundation.settings import Day, Settings, load_settings
-from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.foundation import BadInput, Kind
+from bufferstand.foundation.files import content_hash
+from bufferstand.foundation.settings import Day, Settings, WrongKeyError, load_settings
 
 FOLDER = Path(__file__).resolve().parent.parent / "limit_sets"
 SHIPPED = FOLDER / "en15551-105mm.toml"

@@ -11,12 +11,15 @@ from math import hypot
 
 import numpy as np
 
+from bufferstand.evaluation.facts import RequirementResult
 from bufferstand.evaluation.requirements.checklist import judge_item
 from bufferstand.evaluation.requirements.limit_set import Cited, ForceWindow, Limit, Maintenance, known
 from bufferstand.evaluation.requirements.rows import Case, RowLimits, judged, row
-from bufferstand.evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
+from bufferstand.evaluation.requirements.stated_accuracy import (
+    force_expanded_kN,
+    stroke_difference_expanded_mm,
+)
 from bufferstand.evaluation.requirements.static import preload
-from bufferstand.evaluation.results import RequirementResult
 
 HOLD_WINDOW = 0.02
 """Stroke at the holding force: line through the loading branch within ± this share of that force."""

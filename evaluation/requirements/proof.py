@@ -10,16 +10,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.arrays import FloatArray
+from bufferstand.evaluation.facts import RequirementResult
+from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.checklist import SERVICEABLE, judge_item
+from bufferstand.evaluation.requirements.conditions import why_not
 from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import ProofLoad
 from bufferstand.evaluation.requirements.rows import Case, RowLimits, judged, row, shown, spoiling
-from bufferstand.evaluation.requirements.stated import force_expanded_kN, stroke_difference_expanded_mm
-from bufferstand.evaluation.requirements.strokes import why_not
-from bufferstand.evaluation.results import RequirementResult
-from bufferstand.foundation.ranks import median
+from bufferstand.evaluation.requirements.stated_accuracy import (
+    force_expanded_kN,
+    stroke_difference_expanded_mm,
+)
+from bufferstand.foundation.numbers import median
 
 PEAK_SAMPLES = 5
 """The force reached is the largest mean of so many samples in a row: never a single one."""

@@ -7,23 +7,23 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bufferstand.evaluation.across_runs.shared import Regression
-from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.document_types import Verdict
-from bufferstand.evaluation.error_model import Draws
-from bufferstand.evaluation.facts.first_contact import FirstContact
-from bufferstand.evaluation.facts.inspection import Inspection
-from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.gaps.bridge import RecordGap
-from bufferstand.evaluation.gaps.numbering import Numbering
-from bufferstand.evaluation.gaps.reread import BoundedReadings
-from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.reads import SpoiledFigures
+from bufferstand.evaluation.facts import (
+    CycleResult,
+    Finding,
+    FirstContact,
+    Inspection,
+    Options,
+    RequirementResult,
+    RunFacts,
+    Verdict,
+)
+from bufferstand.evaluation.gaps import BoundedReadings, Numbering, RecordGap
+from bufferstand.evaluation.numerics import FloatArray
+from bufferstand.evaluation.plausibility import SpoiledFigures
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements.decision import conformance_probability, decide
 from bufferstand.evaluation.requirements.limit_set import Cited, Limit, LimitSet, known
-from bufferstand.evaluation.results import CycleResult, RequirementResult
-from bufferstand.evaluation.uncertainty import CyclePropagation, expanded
+from bufferstand.evaluation.uncertainty import CyclePropagation, Draws, Regression, expanded
 
 
 @dataclass(frozen=True, eq=False)

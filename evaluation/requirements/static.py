@@ -7,10 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from bufferstand.evaluation.arrays import FloatArray
-from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
-from bufferstand.evaluation.requirements.block import block_contact
-from bufferstand.evaluation.requirements.conditions import governing, static_conditions
+from bufferstand.evaluation.facts import CycleResult, RequirementResult
+from bufferstand.evaluation.numerics import FloatArray
+from bufferstand.evaluation.quantities import absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.requirements.conditions import (
+    block_contact,
+    governing,
+    judged_strokes,
+    static_conditions,
+    why_not,
+)
 from bufferstand.evaluation.requirements.decision import govern
 from bufferstand.evaluation.requirements.limit_set import Cited, ForceWindow, known
 from bufferstand.evaluation.requirements.rows import (
@@ -23,8 +29,6 @@ from bufferstand.evaluation.requirements.rows import (
     spoiling,
     unfilled_why,
 )
-from bufferstand.evaluation.requirements.strokes import judged_strokes, why_not
-from bufferstand.evaluation.results import CycleResult, RequirementResult
 from bufferstand.evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
 
 PRELOAD_FROM_MM, PRELOAD_TO_MM = 2.0, 10.0

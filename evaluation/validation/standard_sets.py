@@ -10,9 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
-from bufferstand.foundation.canonical import content_hash, file_hash
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.kind import Kind
+from bufferstand.foundation import BadInput, Kind
+from bufferstand.foundation.files import content_hash, file_hash
 
 SCHEMA = "bufferstand/validation-set/1"
 RECORD, FACTS, MAPPING, TRUTH = "record.csv", "record.toml", "mapping.toml", "truth.json"

@@ -7,7 +7,7 @@ import textwrap
 from importlib.resources import files
 from pathlib import Path
 
-from bufferstand.foundation.text_file import write_text
+from bufferstand.foundation.files import write_text
 from bufferstand.model.export.losses import C_SOURCE
 from bufferstand.model.spring import SpringModel
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.model.export.description import IDENTIFIER, model_description, page
 from bufferstand.model.export.options import FmuOptions
 from bufferstand.model.export.variables import Variable, start_values, variables

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.model.export.choices import Positive, Units
 from bufferstand.model.spring import SpringModel
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.foundation.text_file import write_text
+from bufferstand.foundation.files import write_text
 from bufferstand.model.export.losses import FANCHER, TABLES
 from bufferstand.model.spring import SpringModel
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import isotonic_regression
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.intp]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.model.identification.laws import LAWS, NAMES
 from bufferstand.model.identification.parameters import bounds, curves_at_knots
 from bufferstand.model.identification.problem import Problem

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation import BadInput
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.parameters import FixedParts, pack
 from bufferstand.model.measured_curves import branch_at

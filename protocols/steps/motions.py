@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
-from bufferstand.foundation.motions import Harmonic, RampTo, Release, StaticCycles
+from bufferstand.foundation import Harmonic, RampTo, Release, StaticCycles
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from bufferstand.foundation.kind import Kind
-from bufferstand.foundation.motions import Harmonic, StaticCycles
-from bufferstand.foundation.purpose import Purpose
+from bufferstand.foundation import Harmonic, Kind, Purpose, StaticCycles
 from bufferstand.protocols.steps.conditions import Heating, StartBand, Steadiness, Warmth
 from bufferstand.protocols.steps.motions import ForceCycles, Motion, WaitUntilCool, motion_dict
 from bufferstand.protocols.steps.turning import ExpectedTurns, MotionEstimate

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bufferstand.foundation.channel import ChannelUncertainty
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.units import FACTORS, conversion
+from bufferstand.foundation import FACTORS, BadInput, conversion
+from bufferstand.foundation.channels import ChannelUncertainty
 from bufferstand.recording.foreign.record import ForeignRecord, Header
 
 REQUIRED = ("stroke_1", "force")

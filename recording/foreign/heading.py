@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bufferstand.foundation.units import FACTORS
+from bufferstand.foundation import FACTORS
 from bufferstand.recording.foreign.columns import DATE_TIME, REQUIRED, full_name, spelled, split_header
 from bufferstand.recording.foreign.record import Header, ReadingOptions
 

@@ -14,22 +14,19 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from bufferstand.foundation.canonical import canonical_json, file_hash
-from bufferstand.foundation.channel import Channel
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.names import readable
+from bufferstand.foundation import INSIDE_UNIT, BadInput
+from bufferstand.foundation.channels import Channel
+from bufferstand.foundation.files import canonical_json, file_hash, readable
 from bufferstand.foundation.specimen import SpecimenFile, load_specimen
-from bufferstand.foundation.units import INSIDE_UNIT
 from bufferstand.recording.content import StreamContent
 from bufferstand.recording.foreign.columns import MappedColumn, map_columns
+from bufferstand.recording.foreign.import_options import ImportOptions, ImportRequest, wanted_of
 from bufferstand.recording.foreign.mapping import mapping_facts
 from bufferstand.recording.foreign.opening import open_record
 from bufferstand.recording.foreign.record import ForeignRecord
-from bufferstand.recording.foreign.timebases import TimeBase, rate_findings, time_bases, value_findings
-from bufferstand.recording.foreign.wanted import ImportOptions, ImportRequest, wanted_of
-from bufferstand.recording.metadata import FORMAT, FORMAT_VERSION, KINDS
-from bufferstand.recording.runfile import read_metadata, write_run
-from bufferstand.recording.seal import RUN_SUFFIX
+from bufferstand.recording.foreign.times import TimeBase, rate_findings, time_bases, value_findings
+from bufferstand.recording.runfile import FORMAT, FORMAT_VERSION, KINDS, read_metadata, write_run
+from bufferstand.recording.sealing import RUN_SUFFIX
 
 DEFAULT_KIND = "harmonic"
 _ADDED = ("datasets", "content_sha256")

@@ -9,14 +9,10 @@ from zoneinfo import ZoneInfo
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from bufferstand.foundation.canonical import file_hash
-from bufferstand.foundation.channel import ChannelUncertainty
-from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.kind import Kind
-from bufferstand.foundation.rates import LOGGER_HZ
-from bufferstand.foundation.settings import Day, Settings, load_settings
-from bufferstand.foundation.wanted import Within
-from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.foundation import LOGGER_HZ, BadInput, Kind
+from bufferstand.foundation.channels import ChannelUncertainty
+from bufferstand.foundation.files import file_hash
+from bufferstand.foundation.settings import Day, Settings, Within, WrongKeyError, load_settings
 from bufferstand.recording.foreign.columns import DATE_TIME, ChannelRequest, full_name
 
 

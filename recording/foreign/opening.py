@@ -5,9 +5,9 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.foreign.delimited import DelimitedRecord
+from bufferstand.foundation import BadInput
 from bufferstand.recording.foreign.record import ForeignRecord, ReadingOptions
+from bufferstand.recording.foreign.text import DelimitedRecord
 
 _ZIP = b"PK\x03\x04"
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
@@ -34,15 +34,15 @@ def open_record(path: Path, reading: ReadingOptions) -> ForeignRecord:
     except OSError as error:
         raise BadInput(f"cannot be read: {error.strerror}", file=path, remedy="check the path") from None
     if head.startswith((b"TDSm", b"TDSh")):
-        from bufferstand.recording.foreign.tdms import TdmsRecord  # noqa: PLC0415 - optional library
+        from bufferstand.recording.foreign.channel_groups import TdmsRecord  # noqa: PLC0415 - optional library
 
         return TdmsRecord(path, reading)
     if head.startswith((b"MDF ", b"UnFinMF")):
-        from bufferstand.recording.foreign.mdf import MdfRecord  # noqa: PLC0415 - optional library
+        from bufferstand.recording.foreign.channel_groups import MdfRecord  # noqa: PLC0415 - optional library
 
         return MdfRecord(path, reading)
     if head.startswith(_ZIP):
-        from bufferstand.recording.foreign.excel import ExcelRecord  # noqa: PLC0415 - optional library
+        from bufferstand.recording.foreign.workbook import ExcelRecord  # noqa: PLC0415 - optional library
 
         return ExcelRecord(path, reading)
     if head.startswith(_OLD_OFFICE):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import bufferstand as bs
-from bufferstand.evaluation import api
+from bufferstand.evaluation.document import python_api as api
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = ROOT / "sample_runs" / "runs"

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bufferstand.evaluation import api
+from bufferstand.evaluation.document import python_api as api
 from bufferstand.recording.content import Segment, StreamContent
-from bufferstand.recording.runfile import write_run
+from bufferstand.recording.runfile.file import write_run
 from tests.recording import samples
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,10 +11,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from bufferstand.cli.campaigns import PreparedCampaign, prepare
-from bufferstand.daq.limits import guards_for
-from bufferstand.daq.panel import GuardSet
-from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.cli.campaign.preparation import PreparedCampaign, prepare
+from bufferstand.daq.guards.from_limits import guards_for
+from bufferstand.daq.guards.panel import GuardSet
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import Stand
 from bufferstand.foundation.clock import WallClock
 
@@ -110,7 +111,7 @@ def base_specimen() -> Table:
 
 def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
     """Return a document with one key set; ``path`` as of
-    :class:`bufferstand.foundation.within.NumericKey`.
+    :class:`bufferstand.foundation.settings.bounds.NumericKey`.
     """
     document = copy.deepcopy(document)
     names = [part for part in path if not part.startswith("kind=")]

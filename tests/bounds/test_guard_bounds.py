@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.channel_guard import ChannelGuard
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.guard_bounds import kept_text
+from bufferstand.protocols.campaign_file.guard_bounds import kept_text
 from tests.bounds.files import Files, Table, base_campaign, base_stand, guards_of, with_key
 
 # The sample stand: 600 kN, 250 mm, 800 mm/s, thermometers read once a second; specimen 105 mm; air 21 °C.

@@ -14,14 +14,14 @@ from typing import Any
 
 import pytest
 
-from bufferstand.cli.campaigns import PreparedCampaign
+from bufferstand.cli.campaign.preparation import PreparedCampaign
 from bufferstand.drivers.simulated.settings import SimulationSettings, simulation_settings
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.specimen import SpecimenFile
-from bufferstand.foundation.within import NumericKey, numeric_keys
-from bufferstand.protocols.campaign import CampaignFile
-from bufferstand.protocols.guard_bounds import RELATIVE
+from bufferstand.foundation.settings.bounds import NumericKey, numeric_keys
+from bufferstand.foundation.specimen.file import SpecimenFile
+from bufferstand.protocols.campaign_file.guard_bounds import RELATIVE
+from bufferstand.protocols.campaign_file.schema import CampaignFile
 from tests.bounds.files import (
     Files,
     Table,

@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.plan import command
+from bufferstand.cli.commands.campaign.plan import command
 from bufferstand.cli.main import main
-from bufferstand.daq.agreement_guard import AgreementGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.temperature_guard import TemperatureGuard
-from bufferstand.daq.unguarded import demand_thermometers, is_reason, unguarded, unguarded_at
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.daq.guards.kinds.agreement import AgreementGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.kinds.temperature import TemperatureGuard
+from bufferstand.daq.guards.missing_guards import demand_thermometers, is_reason, unguarded, unguarded_at
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.curve_predictor import UnknownSpecimenPredictor
+from bufferstand.protocols.prediction.curve_predictor import UnknownSpecimenPredictor
 from tests.bounds.files import (
     SINE,
     Files,

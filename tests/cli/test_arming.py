@@ -17,10 +17,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.cli.arming import LOOK_S, Movement, ask_to_move, check_given, typed_line
-from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.movement import campaign_movement, motion_text
+from bufferstand.cli.campaign.movement import campaign_movement, motion_text
+from bufferstand.cli.campaign.preparation import prepare
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.steps import Harmonic, RampTo, StaticCycles
+from bufferstand.foundation.motions import Harmonic, RampTo, StaticCycles
 from tests.cli.processes import bufferstand
 from tests.terminals import in_terminal
 

@@ -7,12 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.cli import as_begun
 from bufferstand.cli.arming import Consent
-from bufferstand.cli.as_begun import accepted_changes, accepted_serial, demand_same_kind, going_on_simulated
-from bufferstand.cli.campaigns import PreparedCampaign, prepare
-from bufferstand.daq.begun import CampaignStart, begun, software_version
-from bufferstand.daq.folder import CampaignFolder, CampaignRecord
+from bufferstand.cli.campaign import resume_checks as as_begun
+from bufferstand.cli.campaign.preparation import PreparedCampaign, prepare
+from bufferstand.cli.campaign.resume_checks import (
+    accepted_changes,
+    accepted_serial,
+    demand_same_kind,
+    going_on_simulated,
+)
+from bufferstand.daq.campaign_folder.first_start import CampaignStart, begun, software_version
+from bufferstand.daq.campaign_folder.folder import CampaignFolder, CampaignRecord
 from bufferstand.drivers.connect import ControllerAnswer
 from bufferstand.drivers.interfaces import Identity
 from bufferstand.foundation.errors import BadInput, DeviceFault

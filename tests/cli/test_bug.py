@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.cli.running import keep_bug
+from bufferstand.cli.campaign.running import keep_bug
 
 
 @pytest.mark.parametrize("there_is_room", [True, False])

@@ -13,14 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.cli import edits
-from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.edits import Choice, ResumedCampaign, going_on
-from bufferstand.daq.folder import CampaignFolder, CampaignRecord, load_record
-from bufferstand.daq.inputs import edits_between
-from bufferstand.daq.metadata import CampaignMetadata
-from bufferstand.daq.starting import begin, left_to_do
-from bufferstand.drivers.profile import SHIPPED
+from bufferstand.cli.campaign import edits
+from bufferstand.cli.campaign.edits import Choice, ResumedCampaign, going_on
+from bufferstand.cli.campaign.preparation import prepare
+from bufferstand.daq.campaign_folder.folder import CampaignFolder, CampaignRecord, load_record
+from bufferstand.daq.campaign_folder.inputs import edits_between
+from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
+from bufferstand.daq.campaign_folder.start_records import begin, left_to_do
+from bufferstand.drivers.register_maps.profile import SHIPPED
 from bufferstand.foundation.errors import BadInput
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"

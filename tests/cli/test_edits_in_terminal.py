@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.recording.runfile import read_metadata
+from bufferstand.recording.runfile.file import read_metadata
 from tests.cli.test_edits import Lab
 from tests.terminals import in_terminal
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.cli.commands.run import finish
-from bufferstand.daq.folder import CampaignStatus
-from bufferstand.daq.runner import CampaignOutcome
+from bufferstand.cli.commands.campaign.run import finish
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome
+from bufferstand.daq.campaign_folder.folder import CampaignStatus
 from bufferstand.foundation.errors import ExitStatus
 
 

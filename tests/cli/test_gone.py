@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from bufferstand.cli.gone import is_closed_terminal, nobody_reads, say
+from bufferstand.cli.closed_terminal import is_closed_terminal, nobody_reads, say
 from bufferstand.foundation.errors import ExitStatus
 
 SHOWS_TWICE = """

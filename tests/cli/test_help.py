@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from bufferstand.cli.commands.model import COMMANDS as MODEL_COMMANDS
+from bufferstand.cli.commands.model.group import COMMANDS as MODEL_COMMANDS
 from bufferstand.cli.main import COMMANDS
 
 HEAVY = ("numpy", "scipy", "pandas", "h5py", "matplotlib", "pydantic", "pymodbus", "numba", "rich", "jinja2")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.model_paper import command
+from bufferstand.cli.commands.model.paper import command
 from bufferstand.foundation.errors import BadInput
 
 PAGE = Path(__file__).parents[2] / "docs" / "paper-figures.md"

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.commands.plan import command
+from bufferstand.cli.campaign.preparation import prepare
+from bufferstand.cli.commands.campaign.plan import command
 from bufferstand.foundation.errors import BadInput
 from tests.cli.test_edits import Lab
 

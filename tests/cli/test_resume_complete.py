@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from bufferstand.cli.as_run_view import rows_against
-from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.commands.resume import command
-from bufferstand.cli.commands.run import finish
-from bufferstand.daq.as_run import AsRun, ExpectedOutcome, add_as_run, rows_in_force
-from bufferstand.daq.folder import CampaignFolder, StepRecord
-from bufferstand.daq.runner import CampaignOutcome
+from bufferstand.cli.campaign.as_run_view import rows_against
+from bufferstand.cli.campaign.preparation import prepare
+from bufferstand.cli.commands.campaign.resume import command
+from bufferstand.cli.commands.campaign.run import finish
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome
+from bufferstand.daq.campaign_folder.as_run import AsRun, ExpectedOutcome, add_as_run, rows_in_force
+from bufferstand.daq.campaign_folder.folder import CampaignFolder, StepRecord
 from bufferstand.foundation.errors import BadInput, ExitStatus
 from tests.cli.test_edits import Lab
 
@@ -29,7 +29,10 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lab:
     def touched(*_: object, **__: object) -> Any:
         raise AssertionError("asked for, or started")
 
-    for name in ("bufferstand.cli.running.consent_to_move", "bufferstand.cli.running.perform"):
+    for name in (
+        "bufferstand.cli.campaign.running.consent_to_move",
+        "bufferstand.cli.campaign.running.perform",
+    ):
         monkeypatch.setattr(name, touched)
     return lab
 

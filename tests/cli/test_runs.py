@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from bufferstand.cli.commands import runs
-from bufferstand.cli.commands.runs import command
+from bufferstand.cli.commands.recordings import runs
+from bufferstand.cli.commands.recordings.runs import command
 from bufferstand.foundation.errors import BadInput
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs" / "runs"

@@ -15,8 +15,8 @@ import pytest
 from pydantic import ConfigDict, TypeAdapter
 
 from bufferstand.cli.commands.schema import NAMES, schema_of
-from bufferstand.evaluation import document_types
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
+from bufferstand.evaluation.facts import document_types
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = ROOT / "sample_runs"

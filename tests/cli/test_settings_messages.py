@@ -14,14 +14,14 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from bufferstand.drivers.simulated.faults_file import FaultFile
-from bufferstand.drivers.simulated.miswired.settings import MiswiredThermometer
+from bufferstand.drivers.simulated.faults.file import FaultFile
+from bufferstand.drivers.simulated.miswiring.settings import MiswiredThermometer
 from bufferstand.drivers.simulated.settings import SimulationSettings
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import parse_settings, refusal
-from bufferstand.foundation.specimen import SpecimenFile
-from bufferstand.protocols.campaign import CampaignFile
+from bufferstand.foundation.settings.loading import parse_settings, refusal
+from bufferstand.foundation.specimen.file import SpecimenFile
+from bufferstand.protocols.campaign_file.schema import CampaignFile
 
 Document = dict[str, Any]
 Place = tuple[str | int, ...]

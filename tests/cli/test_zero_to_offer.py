@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.cli.campaigns import prepare
-from bufferstand.cli.running import zero_to_offer
-from bufferstand.daq.kept_zero import stored_path
+from bufferstand.cli.campaign.preparation import prepare
+from bufferstand.cli.campaign.running import zero_to_offer
+from bufferstand.daq.zero.file import stored_path
 from bufferstand.foundation.errors import BadInput
 from tests.daq.test_in_process import NO_TOUCH, campaign
 

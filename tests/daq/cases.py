@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bufferstand.daq.metadata import CampaignMetadata
-from bufferstand.daq.progress import CampaignProgress
-from bufferstand.foundation.specimen import Specimen
+from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
+from bufferstand.daq.operator.progress import CampaignProgress
+from bufferstand.foundation.specimen.file import Specimen
 from bufferstand.model.file import load_model
-from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import Plan, make_plan
-from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.planning.plan import Plan, make_plan
+from bufferstand.protocols.prediction.predictor import ModelPredictor
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 

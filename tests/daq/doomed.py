@@ -71,10 +71,12 @@ def nothing(*_: object, **__: object) -> None:
 
 def watch(doom: Doom) -> None:
     """Let the recorder leave evidence, and tell when what begins."""
-    from bufferstand.daq import driving, runner, session
-    from bufferstand.daq.zeroing import Zeroing
-    from bufferstand.recording.segments import SegmentedJournal
-    from bufferstand.recording.writer import RunRecorder
+    from bufferstand.daq.campaign import campaign_runner as runner
+    from bufferstand.daq.campaign import session
+    from bufferstand.daq.motions import motion_runner as driving
+    from bufferstand.daq.zero.zeroing import Zeroing
+    from bufferstand.recording.journal.segments import SegmentedJournal
+    from bufferstand.recording.recorder import RunRecorder
 
     def acknowledged(journal: Any, *_: object) -> None:
         doom.write(f"{journal._first.stem}.ack", f"{journal.durable}\n".encode())
@@ -122,10 +124,10 @@ def watch(doom: Doom) -> None:
 def main(words: list[str]) -> None:
     """Run the command on the stand that is served already."""
     doom = Doom(Path(words[0]), words[1], float(words[2]))
-    from bufferstand.cli import running
+    from bufferstand.cli.campaign import running
     from bufferstand.cli.main import main as bufferstand
-    from bufferstand.drivers.simulated.server import Served
-    from bufferstand.drivers.stand_file import StandFile, with_endpoints
+    from bufferstand.drivers.simulated.serving.server import Served
+    from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
     from bufferstand.foundation.clock import Clock, WallClock
 
     served = Served(**json.loads(Path(words[3]).read_text()))
@@ -142,10 +144,6 @@ def main(words: list[str]) -> None:
 
 def serve() -> None:
     """Run one command after the other, each in a process of its own that need not import everything again."""
-    import bufferstand.cli.campaigns
-    import bufferstand.cli.commands.resume
-    import bufferstand.cli.commands.run
-    import bufferstand.cli.running  # noqa: F401
 
     for line in sys.stdin:
         log, words = json.loads(line)

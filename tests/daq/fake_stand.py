@@ -20,7 +20,8 @@ from bufferstand.drivers.interfaces import (
     StreamFacts,
     WriterSeen,
 )
-from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge, WireLost
 from bufferstand.foundation.motions import (
     ControllerMotion,

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.progress import CampaignProgress
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.simulated.faults import CHANNELS, FAULTS, ScheduledFault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.operator.progress import CampaignProgress
+from bufferstand.drivers.simulated.faults.schedule import CHANNELS, FAULTS, ScheduledFault
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.recording.recorder import RunRecorder
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 

@@ -17,7 +17,7 @@ from tests.daq import doomed
 
 
 def slow_disk(least_s: float, most_s: float) -> None:
-    from bufferstand.recording.journal_file import JournalFile
+    from bufferstand.recording.journal.file import JournalFile
 
     dice = random.Random(1)
     real = JournalFile.sync
@@ -30,7 +30,7 @@ def slow_disk(least_s: float, most_s: float) -> None:
 
 
 def jumping_clock(jump_s: float) -> None:
-    from bufferstand.daq.acquisition import Acquisition
+    from bufferstand.daq.acquisition.loop import Acquisition
 
     began: list[float] = []
     real_attach, real_init = Acquisition.attach, Acquisition.__init__

@@ -19,12 +19,12 @@ import numpy as np
 
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import with_endpoints
 from bufferstand.foundation.clock import WallClock
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.verification import verify
 from tests.contract.stand.backends import write_stand
 
 ROOT = Path(__file__).parents[2]

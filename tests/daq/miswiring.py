@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from bufferstand.daq.metadata import CampaignMetadata
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
 from bufferstand.drivers.interfaces import StreamFacts
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.foundation.channel import Channel
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.model.file import load_model
 from bufferstand.model.stepper import SpringStepper
-from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.prediction.predictor import ModelPredictor
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import facts_of
 from tests.daq.stroke_bench import MODEL, Case, SoftSpring, planned

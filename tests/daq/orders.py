@@ -8,14 +8,14 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from bufferstand.daq.as_run import read_as_run
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.campaign_folder.as_run import read_as_run
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.model.file import load_model
-from bufferstand.protocols.plan import Plan
-from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.planning.plan import Plan
+from bufferstand.protocols.prediction.predictor import ModelPredictor
 from tests.daq.cases import SAMPLES
 from tests.daq.run_in_process import facts_of, sample_plan
 

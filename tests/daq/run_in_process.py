@@ -6,21 +6,21 @@ import sys
 import time
 from pathlib import Path
 
-from bufferstand.daq.metadata import CampaignMetadata
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.daq.signals import StopRequest, stop_on_signals
-from bufferstand.daq.terminal import PlainLines
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.specimen import load_specimen
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
+from bufferstand.daq.operator.stop_request import StopRequest, stop_on_signals
+from bufferstand.daq.operator.terminal import PlainLines
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.model.file import load_model
-from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import Plan, make_plan
-from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.planning.plan import Plan, make_plan
+from bufferstand.protocols.prediction.predictor import ModelPredictor
 
 COARSE = RunSettings(pace=LoopPace(tick_s=0.05))
 """A pass every 50 ms: a third of the processor time, where it is not the reaction that is tried."""

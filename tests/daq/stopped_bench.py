@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.daq.wiring.heat import AIR_K, COOLS_S, believed_lag_s, most_J_per_K
-from bufferstand.daq.wiring.stopped_sensor import STEP_K, HeatAtReading, StoppedSensor
+from bufferstand.daq.guards.wiring.temperatures.heat import AIR_K, COOLS_S, believed_lag_s, most_J_per_K
+from bufferstand.daq.guards.wiring.temperatures.stopped_sensor import STEP_K, HeatAtReading, StoppedSensor
 
 Floats = np.ndarray
 BEFORE_S = 20.0

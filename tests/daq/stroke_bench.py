@@ -10,21 +10,21 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import find_peaks
 
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.profile import SHIPPED
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.specimen import load_specimen
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.drivers.register_maps.profile import SHIPPED
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.model.stepper import SpringStepper
-from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import Plan, make_plan
-from bufferstand.protocols.prediction import ModelPredictor
-from bufferstand.recording.runfile import open_run
+from bufferstand.protocols.planning.plan import Plan, make_plan
+from bufferstand.protocols.prediction.predictor import ModelPredictor
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of
 

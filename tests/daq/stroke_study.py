@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.load import load_run
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.loading.load import load_run
 from tests.daq.stroke_bench import Case, reached, run
 
 Asked = tuple[float, float, float]

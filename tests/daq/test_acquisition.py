@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.agreement_guard import AgreementGuard
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.guards import Action
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.temperature_guard import TemperatureGuard
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.guards.kinds.agreement import AgreementGuard
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.kinds.temperature import TemperatureGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.trips import Action
 from bufferstand.drivers.interfaces import MotionState, SampleBlock, Stand
 from tests.daq.cases import ListRecorder
 from tests.daq.fake_stand import BLOCK, FakeClock, FakeController, FakeThermometer, Orders, fake_stand
@@ -177,7 +177,7 @@ def test_a_late_pass_is_said_only_where_guards_were_to_look(
 ) -> None:
     """Not before the actuator is switched on, nor where the stand stood still with this program."""
     steady_s = [0.0]
-    monkeypatch.setattr("bufferstand.daq.acquisition.steady_s", lambda: steady_s[0])
+    monkeypatch.setattr("bufferstand.daq.acquisition.loop.steady_s", lambda: steady_s[0])
     civil_s = lambda: 1000.0 + steady_s[0]  # noqa: E731
     acquisition, controller, recorder = acquire(civil_s=civil_s)
 

@@ -7,11 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.agenda import Agenda
-from bufferstand.daq.as_run import AsRun, ExpectedOutcome, add_as_run, read_as_run, report_rows, totals
-from bufferstand.daq.heat_log import StepHeat
-from bufferstand.protocols.curve_predictor import CurvePredictor
-from bufferstand.protocols.plan import make_plan
+from bufferstand.daq.campaign.agenda import Agenda
+from bufferstand.daq.campaign_folder.as_run import (
+    AsRun,
+    ExpectedOutcome,
+    add_as_run,
+    read_as_run,
+    report_rows,
+    totals,
+)
+from bufferstand.daq.warm_up.heat_log import StepHeat
+from bufferstand.protocols.planning.plan import make_plan
+from bufferstand.protocols.prediction.curve_predictor import CurvePredictor
 from tests.protocols.conftest import SPECIMEN, STAND, Load
 from tests.protocols.conftest import load as load  # noqa: PLC0414 - a fixture
 

@@ -10,11 +10,11 @@ from typing import cast
 
 import pytest
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.before_start import delivery_trouble, first_look, specimen_gaps, zero_trouble
-from bufferstand.drivers.delivery import Delivery
-from bufferstand.drivers.simulated.virtual_clock import VirtualClock
-from bufferstand.foundation.specimen import Specimen
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.stand.start_checks import delivery_trouble, first_look, specimen_gaps, zero_trouble
+from bufferstand.drivers.delivery_rate.blocks import Delivery
+from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
+from bufferstand.foundation.specimen.file import Specimen
 from tests.daq.fake_stand import Orders
 from tests.daq.test_runner import Case
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.blocks import join_blocks
+from bufferstand.daq.acquisition.blocks import join_blocks
 from bufferstand.drivers.interfaces import SampleBlock
 
 

@@ -7,8 +7,8 @@ from typing import cast
 
 import pytest
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.catching_up import CATCH_UP_S, catch_up
+from bufferstand.daq.acquisition.catching_up import CATCH_UP_S, catch_up
+from bufferstand.daq.acquisition.loop import Acquisition
 from tests.daq.fake_stand import FakeClock
 
 PASS_S = 0.5

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bufferstand.daq.changes import controller_changes, file_changes, software_changes
-from bufferstand.daq.inputs import FileEdit
+from bufferstand.daq.campaign_folder.changes import controller_changes, file_changes, software_changes
+from bufferstand.daq.campaign_folder.inputs import FileEdit
 from bufferstand.drivers.interfaces import Identity
 
 STAND = """

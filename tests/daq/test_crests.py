@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from bufferstand.daq.crests import StrokeTurns, noise_of, upper_crest
-from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts
+from bufferstand.daq.strokes.turning_points import StrokeTurns, noise_of, upper_crest
+from bufferstand.drivers.simulated.machine.physics import Actuator, ActuatorFacts
 
 MEAN_MM = 40.0
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.simulated.faults import parse_fault
-from bufferstand.recording.runfile import open_run
+from bufferstand.drivers.simulated.faults.schedule import parse_fault
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.test_in_process import GENTLE, run
 
 ENDS = {

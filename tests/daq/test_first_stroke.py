@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.specimen import load_specimen
-from bufferstand.protocols.campaign import load_campaign
-from bufferstand.protocols.curve_predictor import UnknownSpecimenPredictor
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.foundation.specimen.file import load_specimen
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import make_plan
+from bufferstand.protocols.planning.plan import make_plan
+from bufferstand.protocols.prediction.curve_predictor import UnknownSpecimenPredictor
 from tests.daq.run_in_process import COARSE, facts_of
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"

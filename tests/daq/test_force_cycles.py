@@ -14,17 +14,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bufferstand.daq.as_run import read_as_run
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.progress import CampaignProgress
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.campaign_folder.as_run import read_as_run
+from bufferstand.daq.motions.turn_watch import TurnWatch
+from bufferstand.daq.operator.progress import CampaignProgress
+from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.signals import StopLevel, StopRequest
-from bufferstand.daq.turn_watch import TurnWatch
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.virtual_link import behind_a_wire
-from bufferstand.recording.runfile import open_run
+from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_start_band import PREDICTOR

@@ -13,18 +13,18 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bufferstand.daq.cycles_judged import CycleChecks
-from bufferstand.daq.full_cycles import FullCycles, SineChange
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.sine_watch import SineWatch
-from bufferstand.daq.stroke_agreement import StrokeCommandSettings, WarnOnce
-from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_looking import MotionOrder, SineCorrector
-from bufferstand.daq.stroke_rows import StrokeRow
+from bufferstand.daq.strokes.command_settings import StrokeCommandSettings, WarnOnce
+from bufferstand.daq.strokes.cycle_checks import CycleChecks
+from bufferstand.daq.strokes.full_cycles import FullCycles, SineChange
+from bufferstand.daq.strokes.knowledge import StrokeKnowledge
+from bufferstand.daq.strokes.sine_correction import MotionOrder, SineCorrector
+from bufferstand.daq.strokes.sine_watch import SineWatch
+from bufferstand.daq.strokes.stroke_rows import StrokeRow
 from bufferstand.drivers.interfaces import Controller
-from bufferstand.protocols.commanded import Sine
-from bufferstand.protocols.steps import Harmonic
-from bufferstand.protocols.stroke_table import StrokeTable
+from bufferstand.foundation.motions import Harmonic
+from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
+from bufferstand.protocols.prediction.machine_stroke import Sine
 from tests.daq.stroke_bench import Case, reached, run
 from tests.daq.stroke_study import sine
 from tests.daq.test_stroke_learning import WIDE

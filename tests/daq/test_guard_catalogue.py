@@ -15,23 +15,24 @@ import numpy as np
 import pytest
 
 import bufferstand.daq
-from bufferstand.daq.agreement_guard import AgreementGuard
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.guard_catalogue import GROUP, Kind, kinds
-from bufferstand.daq.guard_kind import Guard
-from bufferstand.daq.guard_sights import Computer
-from bufferstand.daq.margin import Margin, Peaks
-from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.rate_guard import SpeedGuard
+from bufferstand.daq.guards.catalogue import GROUP, Kind, kinds
+from bufferstand.daq.guards.guard import Guard
+from bufferstand.daq.guards.kinds.agreement import AgreementGuard
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.rate import SpeedGuard
+from bufferstand.daq.guards.kinds.temperature import TemperatureGuard
+from bufferstand.daq.guards.kinds.wiring import SignalsGuard
+from bufferstand.daq.guards.margin import Margin, Peaks
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.sights import Computer
 from bufferstand.daq.scaling import ScaledBlock, scale
-from bufferstand.daq.temperature_guard import TemperatureGuard
-from bufferstand.daq.wiring_guard import SignalsGuard
 from bufferstand.drivers.interfaces import MotionState, SampleBlock, StreamFacts
-from bufferstand.foundation.channel import Calibration, Channel, Plausibility
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, Plausibility
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.campaign import CampaignFile
-from bufferstand.protocols.guard_table import GuardActions, GuardTable
-from bufferstand.recording.runfile import open_run
+from bufferstand.protocols.campaign_file.guard_table import GuardActions, GuardTable
+from bufferstand.protocols.campaign_file.schema import CampaignFile
+from bufferstand.recording.runfile.file import open_run
 from tests.bounds.files import Files, base_campaign
 from tests.daq.cases import HARMONIC, ListRecorder
 from tests.daq.test_guard_table import STATUS, jumping, panel, reading, samples

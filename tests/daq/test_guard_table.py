@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.daq.clock_guard import HostMemory, LagGuard, LagMemory, evaluate_host, evaluate_lag
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.limits import guards_for
-from bufferstand.daq.missed_guard import MissedGuard, evaluate_missed
-from bufferstand.daq.panel import GuardPanel
-from bufferstand.daq.rate_guard import SpeedGuard, SpeedMemory, evaluate_speed
-from bufferstand.daq.recorder_guard import RecorderGuard
+from bufferstand.daq.guards.from_limits import guards_for
+from bufferstand.daq.guards.kinds.clock import HostMemory, LagGuard, LagMemory, evaluate_host, evaluate_lag
+from bufferstand.daq.guards.kinds.missed_cycles import MissedGuard, evaluate_missed
+from bufferstand.daq.guards.kinds.rate import SpeedGuard, SpeedMemory, evaluate_speed
+from bufferstand.daq.guards.kinds.recorder import RecorderGuard
+from bufferstand.daq.guards.panel import GuardPanel
+from bufferstand.daq.guards.trips import Action, Trip
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.drivers.interfaces import (
     ControllerStatus,
@@ -26,9 +26,9 @@ from bufferstand.drivers.interfaces import (
     StreamFacts,
 )
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import parse_settings
-from bufferstand.foundation.specimen import Specimen
-from bufferstand.protocols.guard_table import GuardTable
+from bufferstand.foundation.settings.loading import parse_settings
+from bufferstand.foundation.specimen.file import Specimen
+from bufferstand.protocols.campaign_file.guard_table import GuardTable
 from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
 from tests.daq.cases import ListRecorder
 from tests.daq.fake_stand import CONTROLLER_FACTS, FakeClock, channel, fake_stand

@@ -10,25 +10,31 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.agreement_guard import AgreementGuard, AgreementMemory, evaluate_agreement
-from bufferstand.daq.channel_guard import ChannelGuard, ChannelMemory, evaluate_channel
-from bufferstand.daq.controller_guard import (
+from bufferstand.daq.guards.kinds.agreement import AgreementGuard, AgreementMemory, evaluate_agreement
+from bufferstand.daq.guards.kinds.channel import ChannelGuard, ChannelMemory, evaluate_channel
+from bufferstand.daq.guards.kinds.controller import (
     ControllerGuard,
     ControllerMemory,
     evaluate_controller_silence,
     evaluate_gap,
     evaluate_status,
 )
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.scaling import ScaledBlock, scale
-from bufferstand.daq.temperature_guard import (
+from bufferstand.daq.guards.kinds.temperature import (
     TemperatureGuard,
     TemperatureMemory,
     evaluate_fault,
     evaluate_reading,
     evaluate_silence,
 )
-from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState, SampleBlock, SensorFault
+from bufferstand.daq.guards.trips import Action, Trip
+from bufferstand.daq.scaling import ScaledBlock, scale
+from bufferstand.drivers.interfaces import (
+    ControllerStatus,
+    EndReason,
+    MotionState,
+    SampleBlock,
+    SensorFault,
+)
 from tests.daq.fake_stand import CONTROLLER_FACTS
 
 FORCE = ChannelGuard("force", "force", 600.0, -10.0, "kN", "force (transducer, rod end)")

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 from bufferstand.drivers.interfaces import MotionState
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.run import Run
 from tests.daq.killing import (
     LOADED,
     Bench,

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.interfaces import MotionState
-from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.evaluation.document.build import evaluate_paths
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.verification import verify
 from tests.clean_stand import clean_stand_text
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of, sample_plan

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.interfaces import Controller, MotionState
-from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, READ_HOLDING, READ_INPUT
-from bufferstand.drivers.simulated.virtual_link import behind_a_wire
-from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.register_maps.profile import Profile, load_profile
+from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
+from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.wires.modbus_requests import EXCHANGE, READ_HOLDING, READ_INPUT
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.foundation.motions import Harmonic, RampTo

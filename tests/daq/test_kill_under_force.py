@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState
-from bufferstand.drivers.simulated.faults import parse_fault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.faults.schedule import parse_fault
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.foundation.errors import ExitStatus
 from tests.daq import killing
 from tests.daq.killing import (

@@ -7,18 +7,24 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.as_run import AS_RUN_NAME, AsRun, observed_run, read_as_run, report_rows
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.daq.signals import StopLevel, StopRequest
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.campaign_folder.as_run import (
+    AS_RUN_NAME,
+    AsRun,
+    observed_run,
+    read_as_run,
+    report_rows,
+)
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.model.file import load_model
-from bufferstand.protocols.learning import learn_heating
-from bufferstand.protocols.prediction import ModelPredictor
-from bufferstand.recording.runfile import open_run
+from bufferstand.protocols.prediction.learning import learn_heating
+from bufferstand.protocols.prediction.predictor import ModelPredictor
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign

@@ -10,16 +10,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.daq.signals import StopLevel, StopRequest
-from bufferstand.drivers.interfaces import Controller, MotionState, NotInCharge
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.virtual_link import behind_a_wire
-from bufferstand.foundation.errors import ExitStatus
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
+from bufferstand.drivers.interfaces import Controller, MotionState
+from bufferstand.drivers.register_maps.profile import load_profile
+from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.modbus_requests import EXCHANGE
+from bufferstand.foundation.errors import ExitStatus, NotInCharge
 from bufferstand.foundation.motions import RampTo, Release, StandStill
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan

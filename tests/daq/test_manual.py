@@ -12,25 +12,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.dead_man import LET_GO_S, DeadManSwitch
-from bufferstand.daq.driving import Halt
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.kept_zero import store_zero, stored_path, stored_zero
-from bufferstand.daq.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
-from bufferstand.daq.reading import StandReader
-from bufferstand.daq.signals import StopLevel, StopRequest
-from bufferstand.daq.stop_eyes import ForceSeen, SampleObserver
-from bufferstand.daq.zero_limits import BEYOND_MM
+from bufferstand.daq.guards.trips import Action, Trip
+from bufferstand.daq.motions.motion_runner import Halt
+from bufferstand.daq.motions.stop_observer import ForceSeen, SampleObserver
+from bufferstand.daq.operator.dead_man_switch import LET_GO_S, DeadManSwitch
+from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
+from bufferstand.daq.stand.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_hand, watchdog_s
+from bufferstand.daq.stand.readings import StandReader
+from bufferstand.daq.zero.file import store_zero, stored_path, stored_zero
+from bufferstand.daq.zero.limits import BEYOND_MM
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
-from bufferstand.drivers.port_trouble import is_held
-from bufferstand.drivers.simulated.commands import ControllerFault
-from bufferstand.drivers.simulated.controller import SimulatedController
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.inprocess_controller import InProcessController
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.serial_line.port_errors import is_held
+from bufferstand.drivers.simulated.inprocess.controller import InProcessController
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.machine.commands import ControllerFault
+from bufferstand.drivers.simulated.machine.controller import SimulatedController
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.foundation.channels.zero import ChannelZero, Zero
 from bufferstand.foundation.errors import BadInput, DeviceFault
-from bufferstand.foundation.zero import ChannelZero, Zero
 from tests.contract.stand.backends import write_stand
 
 LIMITS = ManualLimits(20.0, 100.0)

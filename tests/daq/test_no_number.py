@@ -10,26 +10,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.before_start import apart_trouble, stroke_trouble, zero_trouble
-from bufferstand.daq.controller_guard import ControllerMemory, evaluate_status
-from bufferstand.daq.guards import Action
-from bufferstand.daq.panel import GuardPanel
-from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
-from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock, scale
-from bufferstand.daq.stand_use import use_trouble
-from bufferstand.daq.status_force_guard import APART_KN, LASTS_S, StatusForceMemory, evaluate_status_force
-from bufferstand.drivers.interfaces import (
-    ControllerStatus,
-    DeviceFault,
-    EndReason,
-    MotionState,
-    SampleBlock,
-    Stand,
+from bufferstand.daq.guards.kinds.controller import ControllerMemory, evaluate_status
+from bufferstand.daq.guards.kinds.status_force import (
+    APART_KN,
+    LASTS_S,
+    StatusForceMemory,
+    evaluate_status_force,
 )
-from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.protocols.zero_table import ZeroTable
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.guards.panel import GuardPanel
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock, scale
+from bufferstand.daq.stand.in_use import use_trouble
+from bufferstand.daq.stand.start_checks import apart_trouble, stroke_trouble, zero_trouble
+from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState, SampleBlock, Stand
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.foundation.errors import DeviceFault
+from bufferstand.protocols.campaign_file.zero_table import ZeroTable
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.fake_stand import CONTROLLER_FACTS, FakeClock, FakeController
 from tests.daq.run_in_process import sample_plan
 from tests.daq.test_guard_table import panel, reading

@@ -12,14 +12,14 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.note import command as note_command
-from bufferstand.cli.commands.stop import command as stop_command
-from bufferstand.daq.control import SOCKET_NAME, ask, listening
-from bufferstand.daq.keys import Keys, keys_from
-from bufferstand.daq.notes import add_note, clean_note, read_notes
-from bufferstand.daq.signals import StopLevel, StopRequest, stop_on_signals
+from bufferstand.cli.commands.campaign.note import command as note_command
+from bufferstand.cli.commands.campaign.stop import command as stop_command
+from bufferstand.daq.operator.control_socket import SOCKET_NAME, ask, listening
+from bufferstand.daq.operator.keys import Keys, keys_from
+from bufferstand.daq.operator.notes import add_note, clean_note, read_notes
+from bufferstand.daq.operator.stop_request import StopLevel, StopRequest, stop_on_signals
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import HARMONIC, STATIC
 from tests.daq.test_runner import Case, assert_safe
 

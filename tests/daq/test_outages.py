@@ -13,18 +13,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.ride_out import OutageHandler
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.delivery import FEED_S
+from bufferstand.daq.acquisition.outage import OutageHandler
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.guards.trips import Action, Trip
+from bufferstand.drivers.controllers.outage_limit import RESERVE_S, OutageLimit
+from bufferstand.drivers.delivery_rate.blocks import FEED_S
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState
-from bufferstand.drivers.leeway import RESERVE_S, OutageLimit
-from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.foundation.errors import ExitStatus
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.run import Run
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.fake_stand import Orders
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan

@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.metadata import CampaignMetadata
-from bufferstand.daq.progress import CampaignProgress
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
+from bufferstand.daq.operator.progress import CampaignProgress
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import MotionState, Stand
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import ExitStatus
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.contract.stand.backends import write_stand
 from tests.daq.broken_wire import HOWS, BrokenWire, How, broken_wire
 from tests.daq.cases import Lines

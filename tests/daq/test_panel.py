@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.kinds.temperature import TemperatureGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.trips import Action, Trip
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.temperature_guard import TemperatureGuard
 from bufferstand.drivers.interfaces import SensorFault
 
 GUARDS = GuardSet(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.runner import run_campaign
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.evaluation.api import evaluate
+from bufferstand.daq.campaign.campaign_runner import run_campaign
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.evaluation.document.python_api import evaluate
 from tests.clean_stand import stiff_stand
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.daq.guards.wiring.positions.piston import PistonJudge
+from bufferstand.daq.guards.wiring.recent_state import RecentState
+from bufferstand.daq.guards.wiring.sample_points import SamplePoints
+from bufferstand.daq.guards.wiring.settings import WiringGuard
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.piston import PistonJudge
-from bufferstand.daq.wiring.points import SamplePoints
-from bufferstand.daq.wiring.scene import RecentState
 
 TIME = np.arange(0.0, 4.0, 0.001)
 TOLD = np.interp(TIME, [0.0, 2.0, 3.0, 4.0], [0.0, 0.0, 20.0, 20.0])

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.plausibility_guard import PlausibilityGuard
-from bufferstand.daq.runner import run_campaign
+from bufferstand.daq.campaign.campaign_runner import run_campaign
+from bufferstand.daq.guards.kinds.plausibility import PlausibilityGuard
+from bufferstand.daq.guards.trips import Action, Trip
 from bufferstand.daq.scaling import scale
-from bufferstand.daq.validity import expired_calibrations
+from bufferstand.daq.stand.calibration_dates import expired_calibrations
 from bufferstand.drivers.interfaces import SampleBlock, StreamFacts
-from bufferstand.foundation.channel import Branch, Calibration, Channel, Plausibility
-from bufferstand.recording.runfile import open_run
+from bufferstand.foundation.channels.calibration import Branch, Calibration
+from bufferstand.foundation.channels.channel import Channel, Plausibility
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import FACTS as CAMPAIGN_FACTS
 from tests.daq.fake_stand import CONTROLLER_FACTS
 from tests.daq.test_runner import Case

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.polled_periods import PolledPeriods
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.acquisition.polled_periods import PolledPeriods
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.drivers.poll_delivery import PollDelivery
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
+from bufferstand.drivers.delivery_rate.polls import PollDelivery
+from bufferstand.drivers.register_maps.profile import load_profile
+from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.foundation.errors import ExitStatus
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign

@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from bufferstand.daq.begun import CampaignStart, begun
-from bufferstand.daq.folder import CampaignFolder, load_record
-from bufferstand.daq.reached import OWN_WORD, REAL, STARTED, WAITS, how_reached
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign_folder.first_start import CampaignStart, begun
+from bufferstand.daq.campaign_folder.folder import CampaignFolder, load_record
+from bufferstand.daq.campaign_folder.stand_origin import OWN_WORD, REAL, STARTED, WAITS, how_reached
 from bufferstand.drivers.interfaces import Identity, Stand
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.recording.runfile import open_run, read_metadata
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.recording.runfile.file import open_run, read_metadata
 from tests.daq.cases import FACTS, HARMONIC, SAMPLES, plan_of, write_campaign
 from tests.daq.fake_stand import Orders, fake_stand
 from tests.daq.test_runner import Case
@@ -148,7 +148,7 @@ def test_a_folder_of_an_earlier_version_is_judged_by_who_was_asked(
     (run,) = case.run().runs
     document = read_metadata(run)
     del document["run"]["simulated"]
-    monkeypatch.setattr("bufferstand.daq.begun.read_metadata", lambda _: document)
+    monkeypatch.setattr("bufferstand.daq.campaign_folder.first_start.read_metadata", lambda _: document)
     for arming, simulate, simulated in (
         ({}, True, True),
         ({"by": "tester"}, False, None),

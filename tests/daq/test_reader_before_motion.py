@@ -7,19 +7,18 @@ import struct
 import pytest
 
 from benchmarks.runaway_causes import Stiff
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.driving import Halt, MotionRunner
-from bufferstand.daq.guards import Action
-from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.signals import StopRequest
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.modbus_pdu import WRITE_ONE
-from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.motions import ControllerMotion
-from bufferstand.protocols.steps import RampTo
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.motions.motion_runner import Halt, MotionRunner
+from bufferstand.daq.operator.stop_request import StopRequest
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.wires.modbus_requests import WRITE_ONE
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.foundation.motions import ControllerMotion, RampTo
 from tests.drivers.conftest import SAMPLE_STAND
 
 EXECUTE = 84

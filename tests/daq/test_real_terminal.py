@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.notes import read_notes
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.daq.operator.notes import read_notes
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import SAMPLES
 from tests.daq.test_in_process import campaign
 from tests.terminals import PATIENCE_S, Terminal, in_terminal

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.release_bound import GROWN_MM, UNTOUCHED_MM, ReleaseBound
+from bufferstand.daq.motions.release_bound import GROWN_MM, UNTOUCHED_MM, ReleaseBound
 from tests.daq.touch_stands import STATIC, run_stand, wrong
 
 CONTACT_MM = 1.5

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.runner import run_campaign
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.virtual_link import behind_a_wire
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.daq.campaign.campaign_runner import run_campaign
+from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.foundation.motions import RampTo
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import Lines
 from tests.daq.killed_over_a_wire import CYCLES_DONE, profile_of
 from tests.daq.run_in_process import facts_of, sample_plan

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.simulated.faults import ScheduledFault, parse_fault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.virtual_link import behind_a_wire
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault, parse_fault
+from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.foundation.errors import ExitStatus
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.killed_over_a_wire import profile_of
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign

@@ -14,7 +14,7 @@ from benchmarks.runaway import (
     When,
     run_away,
 )
-from bufferstand.daq.guards import Action
+from bufferstand.daq.guards.trips import Action
 
 KEPT_UP = [(kind, one) for kind in KINDS for one in ROUND_TRIPS_S if KINDS[kind].keeps_up(one)]
 FEW = [("ring", one) for one in ROUND_TRIPS_S] + [

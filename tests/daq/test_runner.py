@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.pace import LoopPace
-from bufferstand.daq.run_settings import RunSettings
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.daq.signals import StopLevel, StopRequest
+from bufferstand.daq.acquisition.pace import LoopPace
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.run_settings import RunSettings
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
 from bufferstand.drivers.interfaces import MotionState
 from bufferstand.foundation.errors import BadInput, ExitStatus
 from bufferstand.recording.content import RecordingFault
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.recorder import RunRecorder
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.verification import verify
 from tests.daq.cases import FACTS, HARMONIC, STATIC, Lines, plan_of, write_campaign
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
 

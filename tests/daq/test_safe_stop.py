@@ -8,8 +8,14 @@ from collections.abc import Callable
 
 import pytest
 
-from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
-from bufferstand.daq.signals import STOP_SIGNALS, StopLevel, StopRequest, signals_held_back, stop_on_signals
+from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.operator.stop_request import (
+    STOP_SIGNALS,
+    StopLevel,
+    StopRequest,
+    signals_held_back,
+    stop_on_signals,
+)
 from bufferstand.drivers.interfaces import EndReason, MotionState
 from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.daq.fake_stand import FakeClock, FakeController, Orders

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from bufferstand.daq.progress import CampaignProgress
-from bufferstand.daq.runner import run_campaign
+from bufferstand.daq.campaign.campaign_runner import run_campaign
+from bufferstand.daq.operator.progress import CampaignProgress
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState
-from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import facts_of, sample_plan
 

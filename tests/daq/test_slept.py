@@ -10,14 +10,14 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bufferstand.daq.progress import CampaignProgress
-from bufferstand.drivers.interfaces import MotionState, NotInCharge
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.virtual_link import Lost
+from bufferstand.daq.operator.progress import CampaignProgress
+from bufferstand.drivers.interfaces import MotionState
+from bufferstand.drivers.register_maps.profile import load_profile
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
 from bufferstand.foundation.clock import steady_s
-from bufferstand.foundation.errors import ExitStatus
+from bufferstand.foundation.errors import ExitStatus, NotInCharge
 from tests.daq.cases import Lines
 from tests.daq.test_lock import BRIEF, COOLS, ELSEWHERE, FEED, INTRUDER, TwoPrograms
 
@@ -208,7 +208,7 @@ def test_behind_a_pause_no_sample_is_taken_from_anothers_ring(
     write = two.bank.write
     monkeypatch.setattr(two.bank, "write", lambda at, values: acknowledged.append(at) or write(at, values))
     asleep_s = steady_s() + 5.0
-    monkeypatch.setattr("bufferstand.drivers.writer_lock.steady_s", lambda: asleep_s)
+    monkeypatch.setattr("bufferstand.drivers.controllers.writer_lock.steady_s", lambda: asleep_s)
     with pytest.raises(NotInCharge, match="has taken over"):
         controller.read_block()
     assert acknowledged == []

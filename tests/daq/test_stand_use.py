@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from bufferstand.daq.stand_use import FREE_S, LIVES_S, RELEASE_MM_PER_S, RELEASE_MORE_S, await_free
+from bufferstand.daq.stand.in_use import FREE_S, LIVES_S, RELEASE_MM_PER_S, RELEASE_MORE_S, await_free
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState, WriterSeen
 from tests.daq.fake_stand import FakeClock
 

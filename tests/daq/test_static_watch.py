@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.static_watch import MOST_POINTS, SlowStroke, StaticWatch
-from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.protocols.steps import ExpectedTurns, StaticCycles
+from bufferstand.daq.strokes.knowledge import StrokeKnowledge
+from bufferstand.daq.strokes.static_watch import MOST_POINTS, SlowStroke, StaticWatch
+from bufferstand.foundation.motions import StaticCycles
+from bufferstand.protocols.steps.turning import ExpectedTurns
 
 GIVE = 1.0 / 105.0
 RATE_HZ = 1000.0

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.steadiness import last_cycle
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.daq.motions.steadiness import last_cycle
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.test_in_process import run
 
 SETTLING = """

@@ -10,15 +10,15 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.panel import GuardPanel, GuardSet
-from bufferstand.daq.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopSettings
+from bufferstand.daq.motions.stop_observer import LEAST_MM_PER_S, SETTLE_S, ForceSeen, SampleObserver
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.stop_eyes import LEAST_MM_PER_S, SETTLE_S, ForceSeen, SampleObserver
 from bufferstand.drivers.interfaces import ControllerStatus, Stand
+from bufferstand.foundation.channels.zero import ChannelZero, Zero
 from bufferstand.foundation.motions import ControllerMotion, RampTo, StandStill
-from bufferstand.foundation.zero import ChannelZero, Zero
 from tests.daq.fake_stand import FakeClock, FakeController, Orders, fake_stand
 
 KN_PER_MM = 20.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.stopped_bench import Body, right_alarms, stopped_at_s
 from tests.daq.touch_stands import run_stand
 from tests.daq.wiring_bench import Case, Floats, Signals, judge, signals_of, thermometers

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.inprocess_controller import InProcessController
+from bufferstand.drivers.simulated.inprocess.controller import InProcessController
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.foundation.errors import CommandRejected
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.stroke_bench import Case, reached, run
 from tests.daq.stroke_study import FIRST, LATER, REVERSALS_S, STATIC, made, sine
 
@@ -211,8 +211,8 @@ def test_no_correction_leads_beyond_a_limit(tmp_path: Path, edition: int) -> Non
 
 
 def test_a_resumed_campaign_goes_on_with_what_was_learned(tmp_path: Path) -> None:
-    from bufferstand.daq.stroke_rows import read_strokes
-    from bufferstand.daq.stroke_terms import terms_for
+    from bufferstand.daq.campaign.stroke_settings import terms_for
+    from bufferstand.daq.strokes.stroke_rows import read_strokes
 
     outcome, opened, _, plan = run(tmp_path, sine(60.0, 15.0, 0.8))
     kept = read_strokes(tmp_path / "out")[-1]["learned"]

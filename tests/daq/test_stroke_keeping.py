@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.stroke_keeping import NOW_NAME, StrokeKeeper, learned_in
-from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_rows import STROKES_NAME, add_strokes
-from bufferstand.daq.stroke_terms import knowledge_in
-from bufferstand.protocols.commanded import Sine
+from bufferstand.daq.campaign.stroke_settings import knowledge_in
+from bufferstand.daq.strokes.knowledge import StrokeKnowledge
+from bufferstand.daq.strokes.knowledge_file import NOW_NAME, StrokeKeeper, learned_in
+from bufferstand.daq.strokes.stroke_rows import STROKES_NAME, add_strokes
+from bufferstand.protocols.prediction.machine_stroke import Sine
 from tests.daq.stroke_bench import run
 from tests.daq.stroke_study import sine
 from tests.daq.test_stroke_learning import LinearStand
@@ -62,8 +62,10 @@ def test_what_is_no_knowledge_teaches_nothing(tmp_path: Path, text: str) -> None
 def test_what_was_learned_in_a_step_that_never_ended_is_there_for_the_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bufferstand.daq.stroke_keeping.EVERY_S", 0.0)  # virtual time passes faster
-    monkeypatch.setattr("bufferstand.daq.session.Session._keep_strokes", lambda *_: None)  # as after a kill
+    monkeypatch.setattr("bufferstand.daq.strokes.knowledge_file.EVERY_S", 0.0)  # virtual time passes faster
+    monkeypatch.setattr(
+        "bufferstand.daq.campaign.session.Session._keep_strokes", lambda *_: None
+    )  # as after a kill
     outcome, _, _, plan = run(tmp_path, sine(40.0, 10.0, 1.0, 4))
     assert outcome.status == "complete", outcome.reason
     assert not (tmp_path / "out" / STROKES_NAME).exists()

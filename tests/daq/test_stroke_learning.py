@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.sine_watch import CycleSeen, Period, SineWatch
-from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_steps import StrokeBounds, corrected, within_force
-from bufferstand.protocols.commanded import Sine, piston_sine
-from bufferstand.protocols.steps import ExpectedTurns
+from bufferstand.daq.strokes.correction_steps import StrokeBounds, corrected, within_force
+from bufferstand.daq.strokes.knowledge import StrokeKnowledge
+from bufferstand.daq.strokes.sine_watch import CycleSeen, Period, SineWatch
+from bufferstand.protocols.prediction.machine_stroke import Sine, piston_sine
+from bufferstand.protocols.steps.turning import ExpectedTurns
 
 RATE_HZ = 1000.0
 WIDE = StrokeBounds(250.0, 250.0, 1e6, 1e6)

@@ -9,17 +9,17 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bufferstand.daq.cycles_judged import is_off
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.stroke_agreement import StrokeCommandSettings, WarnOnce
-from bufferstand.daq.stroke_learning import StrokeKnowledge
-from bufferstand.daq.stroke_looking import MotionOrder, SineCorrector
-from bufferstand.daq.stroke_rows import spans
-from bufferstand.daq.stroke_steps import StrokeBounds, corrected
+from bufferstand.daq.strokes.command_settings import StrokeCommandSettings, WarnOnce
+from bufferstand.daq.strokes.correction_steps import StrokeBounds, corrected
+from bufferstand.daq.strokes.cycle_checks import is_off
+from bufferstand.daq.strokes.knowledge import StrokeKnowledge
+from bufferstand.daq.strokes.sine_correction import MotionOrder, SineCorrector
+from bufferstand.daq.strokes.stroke_rows import spans
 from bufferstand.drivers.interfaces import Controller
-from bufferstand.protocols.commanded import Sine
-from bufferstand.protocols.steps import Harmonic
-from bufferstand.protocols.stroke_table import StrokeTable
+from bufferstand.foundation.motions import Harmonic
+from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
+from bufferstand.protocols.prediction.machine_stroke import Sine
 from tests.daq.test_stroke_learning import WIDE, LinearStand
 
 BLOCK = 10

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.static_watch import RampWatch
-from bufferstand.daq.stroke_loop import PositionLoop, fitted_loop
+from bufferstand.daq.strokes.position_loop import PositionLoop, fitted_loop
+from bufferstand.daq.strokes.static_watch import RampWatch
 
 
 def actuator(natural_Hz: float, servo_s: float, damping: float = 0.8) -> PositionLoop:

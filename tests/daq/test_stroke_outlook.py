@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.plan import command, show_what_is_learned
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.stroke_outlook import reached_rows, stroke_outlook
-from bufferstand.daq.stroke_rows import STROKES_NAME, read_strokes
+from bufferstand.cli.commands.campaign.plan import command, show_what_is_learned
+from bufferstand.daq.campaign.stroke_forecast import reached_rows, stroke_outlook
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.daq.strokes.stroke_rows import STROKES_NAME, read_strokes
 from bufferstand.foundation.errors import BadInput
 from tests.daq.stroke_bench import reached, run
 from tests.daq.test_stroke import sine

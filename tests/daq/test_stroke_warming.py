@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bufferstand.protocols.steps import Harmonic, MotionEstimate
-from bufferstand.recording.runfile import open_run
+from bufferstand.foundation.motions import Harmonic
+from bufferstand.protocols.steps.turning import MotionEstimate
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.stroke_bench import Case, planned, reached, run
 from tests.daq.stroke_study import sine
 

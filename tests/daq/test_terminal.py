@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from bufferstand.daq.progress import CampaignProgress, Part, SilentSink, Throttle
-from bufferstand.daq.terminal import duration, panel, progress_on, temperatures
+from bufferstand.daq.operator.progress import CampaignProgress, Part, SilentSink, Throttle
+from bufferstand.daq.operator.terminal import duration, panel, progress_on, temperatures
 from tests.daq.cases import Lines
 
 NOW = CampaignProgress(

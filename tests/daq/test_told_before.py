@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.folder import CampaignRecord
-from bufferstand.daq.starting import doubts_before
-from bufferstand.evaluation.report.closing import deviations_section
-from bufferstand.evaluation.report.content import Texts
-from bufferstand.evaluation.report.reading import read_source
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.campaign_folder.folder import CampaignRecord
+from bufferstand.daq.campaign_folder.start_records import doubts_before
+from bufferstand.evaluation.report.content.content import Texts
+from bufferstand.evaluation.report.sections.statements import deviations_section
+from bufferstand.evaluation.report.source.reading import read_source
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.touch_stands import HELD, KINDS, run_stand
 
 AT = "2026-11-24T12:03:11.5+00:00"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.touch_fit import NoContactError, TouchSamples, find_contact
+from bufferstand.daq.zero.first_contact import NoContactError, TouchSamples, find_contact
 from tests.daq.touches import Specimen, touched
 
 SPECIMENS = {

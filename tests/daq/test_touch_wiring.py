@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.wiring.doubt import channel_setting
-from bufferstand.daq.wiring.exchanged import exchanged
-from bufferstand.daq.wiring.misled import misled
-from bufferstand.daq.wiring.stretch import SampleStretch
-from bufferstand.daq.wiring.touch import scatter_doubt
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.guards.wiring.doubt import channel_setting
+from bufferstand.daq.guards.wiring.exchanged_inputs import exchanged
+from bufferstand.daq.guards.wiring.first_touch import scatter_doubt
+from bufferstand.daq.guards.wiring.piston_scale import misled
+from bufferstand.daq.guards.wiring.sample_stretch import SampleStretch
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.touch_stands import HELD, KINDS, Kind, Ran, alarms, run_stand, wrong
 
 ALWAYS = (

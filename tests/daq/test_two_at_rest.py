@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.wiring.two_at_rest import apart_at_rest, doubt_at_rest
-from bufferstand.daq.zero_limits import ZeroLimits, zero_refusal
-from bufferstand.foundation.zero import ChannelZero, Zero
-from bufferstand.protocols.zero_table import ZeroTable
+from bufferstand.daq.guards.wiring.forces.zero_difference import apart_at_rest, doubt_at_rest
+from bufferstand.daq.zero.limits import ZeroLimits, zero_refusal
+from bufferstand.foundation.channels.zero import ChannelZero, Zero
+from bufferstand.protocols.campaign_file.zero_table import ZeroTable
 from tests.daq.touch_stands import HELD, run_stand, wrong
 
 RESTS = {"force_zero_kN": 0.6}

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bufferstand.daq.as_run import AsRun, read_as_run
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign_folder.as_run import AsRun, read_as_run
+from bufferstand.daq.campaign_folder.folder import load_record
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.sensor_drift import SensorLag, SensorTrends
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.specimen import load_specimen
-from bufferstand.protocols.campaign import load_campaign
-from bufferstand.protocols.curve_predictor import CurvePredictor
+from bufferstand.daq.warm_up.sensor_trend import SensorLag, SensorTrends
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.foundation.specimen.file import load_specimen
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import Plan, make_plan
-from bufferstand.protocols.prediction import Predictor
-from bufferstand.recording.runfile import open_run
+from bufferstand.protocols.planning.plan import Plan, make_plan
+from bufferstand.protocols.prediction.curve_predictor import CurvePredictor
+from bufferstand.protocols.prediction.predictor import Predictor
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import facts_of
 from tests.daq.test_start_band import PACE, PREDICTOR, run, sine

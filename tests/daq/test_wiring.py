@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.guards import Action
-from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.stretch import SampleStretch
-from bufferstand.daq.wiring.touch import TouchOutcome, doubt_of_touch
-from bufferstand.foundation.likeness import likeness
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.guards.wiring.first_touch import TouchOutcome, doubt_of_touch
+from bufferstand.daq.guards.wiring.sample_stretch import SampleStretch
+from bufferstand.daq.guards.wiring.settings import WiringGuard
+from bufferstand.foundation.numbers.wrong_factor import likeness
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.miswiring import UNTOUCHED, Misread, run_miswired
 from tests.daq.stroke_bench import Case as StandCase
 from tests.daq.wiring_bench import Case, Signals, judge, signals_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bufferstand.daq.wiring.clock_offset import KEPT_S, ClockOffset
+from bufferstand.daq.guards.wiring.clock_offset import KEPT_S, ClockOffset
 from tests.daq.wiring_bench import Case, judge, late, signals_of
 
 

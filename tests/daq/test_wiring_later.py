@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bufferstand.daq.guards import Action
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.guards.wiring.forces.jumped_channel import farther
+from bufferstand.daq.guards.wiring.settings import WiringGuard
+from bufferstand.daq.guards.wiring.temperatures.heat import HeatJudge
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.heat import HeatJudge
-from bufferstand.daq.wiring.parted import farther
 from tests.daq.wiring_bench import Case, Signals, exchanged, judge, scaled, signals_of
 from tests.daq.wiring_kinds import plain_case
 from tests.daq.wiring_later import LATER_ON, judged, rough_alarms

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.daq.channel_guard import ChannelGuard
-from bufferstand.daq.frozen_guard import FrozenGuard
-from bufferstand.daq.guards import Action
-from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.kinds.channel import ChannelGuard
+from bufferstand.daq.guards.kinds.frozen import FrozenGuard
+from bufferstand.daq.guards.kinds.wiring import SignalsGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.trips import Action
+from bufferstand.daq.guards.wiring.forces.force_jump import leapt
+from bufferstand.daq.guards.wiring.sample_stretch import Floats, SampleStretch
+from bufferstand.daq.guards.wiring.settings import WiringGuard
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring.facts import WiringGuard
-from bufferstand.daq.wiring.leapt_force import leapt
-from bufferstand.daq.wiring.stretch import Floats, SampleStretch
-from bufferstand.daq.wiring_guard import SignalsGuard
 from bufferstand.drivers.interfaces import EndReason, MotionState
 from tests.daq.test_guard_table import STATUS, panel
 from tests.daq.wiring_bench import Case, signals_of

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.daq.guards import Trip
+from bufferstand.daq.guards.trips import Trip
+from bufferstand.daq.guards.wiring.wiring_watch import WiringWatch
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring import WiringWatch
 from tests.daq.wiring_bench import Case, Signals, guard_of, judge, scaled, signals_of
 from tests.daq.wiring_kinds import WIRED
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.daq.guards.wiring.forces.jumped_channel import ChannelJump
+from bufferstand.daq.guards.wiring.forces.rests import REST_S, Rests
+from bufferstand.daq.guards.wiring.forces.track import ForceTrack
+from bufferstand.daq.guards.wiring.forces.two_channels import JUMPED
+from bufferstand.daq.guards.wiring.forces.zero_difference import APART_KN, APART_SHARE
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring.forces import JUMPED
-from bufferstand.daq.wiring.parted import ChannelJump
-from bufferstand.daq.wiring.rests import REST_S, Rests
-from bufferstand.daq.wiring.track import ForceTrack
-from bufferstand.daq.wiring.two_at_rest import APART_KN, APART_SHARE
 from tests.daq.wiring_later import rough_alarms
 
 HZ, HELD_KN = 250.0, 80.0

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.daq.wiring.doubt import SignalDoubt
-from bufferstand.daq.wiring.facts import ForceCurve, WiringGuard
-from bufferstand.daq.wiring.stretch import Floats, SampleStretch
-from bufferstand.daq.wiring.tripped import tripped_by
+from bufferstand.daq.guards.trips import Action, Trip
+from bufferstand.daq.guards.wiring.doubt import SignalDoubt
+from bufferstand.daq.guards.wiring.sample_stretch import Floats, SampleStretch
+from bufferstand.daq.guards.wiring.settings import ForceCurve, WiringGuard
+from bufferstand.daq.guards.wiring.trip_reason import tripped_by
 from tests.daq.wiring_bench import Case, judge, scaled, signals_of
 
 RATE_HZ, SECOND_BEHIND_S = 200.0, 0.02

@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.daq.folder import load_record
-from bufferstand.daq.kept_zero import ZERO_NAME, kept_zero
-from bufferstand.daq.metadata import CampaignMetadata
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.daq.touch_peak import met_peak_kN, turned_peak_kN
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.daq.campaign_folder.folder import load_record
+from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
+from bufferstand.daq.zero.file import ZERO_NAME, kept_zero
+from bufferstand.daq.zero.touch_force import met_peak_kN, turned_peak_kN
 from bufferstand.drivers.interfaces import EndReason, MotionState
-from bufferstand.drivers.simulated.commands import ControllerFault
-from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.motions import ReleaseMotion as SimulatedRelease
-from bufferstand.evaluation.api import evaluate
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.machine.commands import ControllerFault
+from bufferstand.drivers.simulated.machine.motions import ReleaseMotion as SimulatedRelease
+from bufferstand.evaluation.document.python_api import evaluate
 from bufferstand.evaluation.requirements.static import PRELOAD_FROM_MM, PRELOAD_TO_MM
-from bufferstand.foundation.zero import Zero
-from bufferstand.protocols.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
-from bufferstand.recording.runfile import open_run
+from bufferstand.foundation.channels.zero import Zero
+from bufferstand.protocols.campaign_file.zero_table import TOUCH_FORCE_MAX_KN, ZeroTable
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.daq.test_in_process import campaign

@@ -16,15 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.daq.runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.specimen import load_specimen
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.model.file import load_model
-from bufferstand.protocols.campaign import load_campaign
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import make_plan
-from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.planning.plan import make_plan
+from bufferstand.protocols.prediction.predictor import ModelPredictor
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import COARSE, facts_of
 

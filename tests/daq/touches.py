@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.touch_fit import TouchSamples
+from bufferstand.daq.zero.first_contact import TouchSamples
 
 FloatArray = NDArray[np.float64]
 RATE_HZ = 1000.0

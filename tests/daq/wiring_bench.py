@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
-from bufferstand.daq.guards import Action, Trip
+from bufferstand.daq.guards.trips import Action, Trip
+from bufferstand.daq.guards.wiring.settings import ForceCurve, WiringGuard
+from bufferstand.daq.guards.wiring.wiring_watch import WiringWatch
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.daq.wiring import ForceCurve, WiringGuard, WiringWatch
 from bufferstand.model.file import load_model
 from bufferstand.model.prediction import predict_forces
 from bufferstand.model.spring import SpringModel
-from bufferstand.protocols.commanded import strokes_behind
+from bufferstand.protocols.prediction.machine_stroke import strokes_behind
 
 MODELS = Path(__file__).parents[2] / "sample_runs" / "models"
 Floats = np.ndarray

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.foundation.specimen import SpecimenFile
-from bufferstand.foundation.within import NumericKey, numeric_keys
-from bufferstand.protocols.campaign import CampaignFile
-from bufferstand.protocols.guard_bounds import RELATIVE
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.foundation.settings.bounds import NumericKey, numeric_keys
+from bufferstand.foundation.specimen.file import SpecimenFile
+from bufferstand.protocols.campaign_file.guard_bounds import RELATIVE
+from bufferstand.protocols.campaign_file.schema import CampaignFile
 
 HEAD = """\
 # Bounds of every number

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bufferstand.evaluation.catalogue import KINDS, Quantity
-from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.catalogue.every_quantity import QUANTITIES
+from bufferstand.evaluation.catalogue.quantity import KINDS, Quantity
 
 PAGE = Path(__file__).parents[2] / "docs" / "symbols.md"
 HEAD = """\
 ## Quantities of a cycle
-Made from the catalogue (`evaluation/cycle_quantities.py`) by `python -m tests.docs.symbols_page`.
+Made from the catalogue (`evaluation/catalogue/cycle_quantities.py`) by `python -m tests.docs.symbols_page`.
 
 | symbol | name | unit | meaning | source |
 |---|---|---|---|---|

@@ -13,18 +13,18 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bufferstand.drivers.amplifier_map import AmplifierMap, AmplifierRegister
 from bufferstand.drivers.interfaces import SampleBlock, Sensor, SensorFault
-from bufferstand.drivers.modbus_link import Table
-from bufferstand.drivers.simulated.amplifier_devices import WireDevice
-from bufferstand.drivers.simulated.device import AmplifierValues
-from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
-from bufferstand.drivers.simulated.modbus_pdu import Responder
-from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
-from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.simulated.serial_pty import AmplifierPty
-from bufferstand.drivers.stand_file import AmplifierSettings
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.modbus.link import Table
+from bufferstand.drivers.register_maps.amplifier_map import AmplifierMap, AmplifierRegister
+from bufferstand.drivers.simulated.machine.device import AmplifierValues
+from bufferstand.drivers.simulated.wires.amplifiers import WireDevice
+from bufferstand.drivers.simulated.wires.modbus_amplifier import AmplifierBank
+from bufferstand.drivers.simulated.wires.modbus_requests import Responder
+from bufferstand.drivers.simulated.wires.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
+from bufferstand.drivers.simulated.wires.serial_pty import AmplifierPty
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import AmplifierSettings
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump
 from tests.drivers.servers import loop_thread

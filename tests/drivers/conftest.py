@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.profile import Profile, load_profile
+from bufferstand.drivers.register_maps.profile import Profile, load_profile
 
 SAMPLE_STAND = Path(__file__).parents[2] / "sample_runs" / "stand.toml"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from bufferstand.drivers.profile import SHIPPED, Profile, load_profile
+from bufferstand.drivers.register_maps.profile import SHIPPED, Profile, load_profile
 
 RING_TEXT = (SHIPPED / "ring.toml").read_text(encoding="utf-8")
 

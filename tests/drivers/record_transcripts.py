@@ -10,10 +10,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.transcript import HEAD, TranscriptPiece, read_transcript
-from bufferstand.drivers.transcript_tap import record_wires
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.schema import with_endpoints
+from bufferstand.drivers.transcripts.recorder import record_wires
+from bufferstand.drivers.transcripts.transcript import HEAD, TranscriptPiece, read_transcript
 from tests.drivers.replay import FOLDER
 from tests.drivers.sessions import SESSIONS, WIRES, load
 

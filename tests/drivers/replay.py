@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from bufferstand.drivers.transcript import TranscriptPiece, read_transcript
+from bufferstand.drivers.transcripts.transcript import TranscriptPiece, read_transcript
 
 FOLDER = Path(__file__).parent / "transcripts"
 PATIENCE_S = 10.0

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.drivers.profile import STATUS, Profile
-from bufferstand.drivers.registers import crc_of
+from bufferstand.drivers.register_maps.coding import crc_of
+from bufferstand.drivers.register_maps.profile import STATUS, Profile
 
 PERIOD_US = 1000
 

@@ -7,17 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bufferstand.drivers.build_sensors import build_sensors
 from bufferstand.drivers.connect import build_controller
-from bufferstand.drivers.ds18b20 import TemperatureReading
-from bufferstand.drivers.ds2480b_bus import Ds2480bReader
+from bufferstand.drivers.connect_sensors import build_sensors
+from bufferstand.drivers.controllers.register_controller import RegisterController
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.register_controller import RegisterController
-from bufferstand.drivers.registers import decode_value
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.modbus.link import ModbusLink
+from bufferstand.drivers.modbus.wires import TcpWire
+from bufferstand.drivers.register_maps.coding import decode_value
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.drivers.thermometers.ds18b20 import TemperatureReading
+from bufferstand.drivers.thermometers.ds2480b_bus import Ds2480bReader
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 

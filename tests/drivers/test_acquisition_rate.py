@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks import acquisition
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import with_endpoints
 
 
 @pytest.mark.long

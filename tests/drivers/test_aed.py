@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.aed import AedAmplifier, icr_of
-from bufferstand.drivers.aed_values import (
+from bufferstand.drivers.amplifiers.aed.amplifier import AedAmplifier, icr_of
+from bufferstand.drivers.amplifiers.aed.values import (
     BinaryDecoder,
     continuous_decoder,
     decode_binary,
     parse_text,
     status_words,
 )
-from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.simulated.amplifier_devices import AedDevice
+from bufferstand.drivers.simulated.wires.amplifiers import AedDevice
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import Collector, FarEnd, amplifier_settings, until
 from tests.drivers.test_gsv2_frames import noisy
 

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.check import check_stand
-from bufferstand.drivers.check_rows import CheckRow, difference_row
-from bufferstand.drivers.check_verdict import Verdict
-from bufferstand.drivers.connect import build_sensors, open_stand
-from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.check.devices import check_stand
+from bufferstand.drivers.check.rows import CheckRow, difference_row
+from bufferstand.drivers.check.verdict import Verdict
+from bufferstand.drivers.connect import open_stand
+from bufferstand.drivers.connect_sensors import build_sensors
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import Endpoints, StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import RawServer, raw_server
@@ -61,8 +62,8 @@ def streaming(far: PtyAmplifier) -> Iterator[None]:
 
 @pytest.fixture
 def wires(profile: Profile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Wires]:
-    monkeypatch.setattr("bufferstand.drivers.check.ANSWER_WAIT_S", 0.5)
-    monkeypatch.setattr("bufferstand.drivers.check.SECOND_CHANCE_S", 0.2)
+    monkeypatch.setattr("bufferstand.drivers.check.devices.ANSWER_WAIT_S", 0.5)
+    monkeypatch.setattr("bufferstand.drivers.check.devices.SECOND_CHANCE_S", 0.2)
     for index, rom in enumerate(ROMS):
         put(tmp_path, rom, w1_text(scratchpad(336 + index)))
     device = RingDevice(profile)

@@ -8,20 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.check import check_devices, check_stand
-from bufferstand.drivers.check_clock import drift_row, fit_drift
-from bufferstand.drivers.check_hints import controller_hint, port_hint
-from bufferstand.drivers.check_rows import CheckRow, rate_row
-from bufferstand.drivers.check_samples import WatchedSamples, sample_rate_row
-from bufferstand.drivers.check_verdict import Verdict
-from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
-from bufferstand.drivers.modbus_wires import RtuWire
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.check.clock import drift_row, fit_drift
+from bufferstand.drivers.check.devices import check_devices, check_stand
+from bufferstand.drivers.check.hints import controller_hint, port_hint
+from bufferstand.drivers.check.rows import CheckRow, rate_row
+from bufferstand.drivers.check.samples import WatchedSamples, sample_rate_row
+from bufferstand.drivers.check.verdict import Verdict
+from bufferstand.drivers.interfaces import SampleBlock
+from bufferstand.drivers.modbus.wires import RtuWire
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import Endpoints, StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.ring_device import RingDevice
 from tests.drivers.servers import raw_server
@@ -206,7 +207,7 @@ def test_a_wrong_baud_rate_is_found(monkeypatch: pytest.MonkeyPatch, profile: Pr
         def close(self) -> None:
             pass
 
-    monkeypatch.setattr("bufferstand.drivers.check_hints.ModbusLink", PlayedLink)
+    monkeypatch.setattr("bufferstand.drivers.check.hints.ModbusLink", PlayedLink)
     file = load_stand(SAMPLE_STAND)
     line = file.controller.model_copy(update={"host": "", "serial": "/dev/ttyUSB0"})
     fault = DeviceFault("controller at /dev/ttyUSB0: reading (FC3): no reply within 0.5 s, twice")

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from bufferstand.drivers.check import check_devices
-from bufferstand.drivers.check_rows import CheckRow
-from bufferstand.drivers.check_verdict import Verdict
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.simulated.faults import parse_fault
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.modbus_pdu import READ_HOLDING
-from bufferstand.drivers.simulated.virtual_link import Lost, behind_a_wire, virtual_link
-from bufferstand.drivers.simulated.virtual_polling import polled_behind_a_wire
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.check.devices import check_devices
+from bufferstand.drivers.check.rows import CheckRow
+from bufferstand.drivers.check.verdict import Verdict
+from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.register_maps.profile import load_profile
+from bufferstand.drivers.simulated.faults.schedule import parse_fault
+from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire, virtual_link
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.wires.modbus_requests import READ_HOLDING
+from bufferstand.drivers.stand_file.loading import load_stand
 from tests.drivers.conftest import SAMPLE_STAND
 
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from bufferstand.drivers.check_clock import OLD_S, UNEVEN_S, ClockDrift, drift_row, fit_drift
-from bufferstand.drivers.check_verdict import Verdict
-from bufferstand.drivers.clock_bounds import ClockBounds
+from bufferstand.drivers.check.clock import OLD_S, UNEVEN_S, ClockDrift, drift_row, fit_drift
+from bufferstand.drivers.check.clock_bounds import ClockBounds
+from bufferstand.drivers.check.verdict import Verdict
 
 Floats = NDArray[np.float64]
 LEAST_S = 1e-4

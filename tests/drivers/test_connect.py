@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from bufferstand.drivers.connect import build_controller
-from bufferstand.drivers.polling_controller import PollingController
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.stand_file import Endpoints, wires_from, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.polling_controller import PollingController
+from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import Endpoints, wires_from, with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND

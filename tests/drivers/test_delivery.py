@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from bufferstand.drivers.delivery import WORK_S, Delivery, status_rest_s
+from bufferstand.drivers.delivery_rate.blocks import WORK_S, Delivery, status_rest_s
 
 PER_BLOCK = 14
 

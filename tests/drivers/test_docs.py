@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.command_port import REJECT_TEXTS
-from bufferstand.drivers.delivery import WORK_S, Delivery
-from bufferstand.drivers.ds18b20 import ReadingFault
-from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.controllers.command_port import REJECT_TEXTS
+from bufferstand.drivers.delivery_rate.blocks import WORK_S, Delivery
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.thermometers.ds18b20 import ReadingFault
 
 TEXT = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
 SENSORS = (Path(__file__).parents[2] / "docs" / "sensors.md").read_text(encoding="utf-8")

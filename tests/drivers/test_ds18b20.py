@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.ds18b20 import (
+from bufferstand.drivers.thermometers.ds18b20 import (
     FAULT_TEXTS,
     ReadingFault,
     TemperatureReading,

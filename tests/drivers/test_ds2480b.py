@@ -10,15 +10,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading, crc8, decode_scratchpad
-from bufferstand.drivers.ds2480b import Ds2480b, Presence, rom_bytes, rom_name
-from bufferstand.drivers.ds2480b_bus import Ds2480bBus, Ds2480bReader
-from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
-from bufferstand.drivers.serial_line import SerialLine
-from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
-from bufferstand.drivers.simulated.onewire import OneWireBus, OneWireSensor
-from bufferstand.drivers.stand_file import OneWireSettings
+from bufferstand.drivers.interfaces import SampleBlock
+from bufferstand.drivers.serial_line.line import SerialLine
+from bufferstand.drivers.simulated.wires.ds2480b import Ds2480bDevice, Ds2480bPty
+from bufferstand.drivers.simulated.wires.onewire import OneWireBus, OneWireSensor
+from bufferstand.drivers.stand_file.schema import OneWireSettings
+from bufferstand.drivers.thermometers.ds18b20 import (
+    FAULT_TEXTS,
+    ReadingFault,
+    TemperatureReading,
+    crc8,
+    decode_scratchpad,
+)
+from bufferstand.drivers.thermometers.ds2480b import Ds2480b, Presence, rom_bytes, rom_name
+from bufferstand.drivers.thermometers.ds2480b_bus import Ds2480bBus, Ds2480bReader
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.pump import Pump
 

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from bufferstand.drivers.controllers.ring_controller import AHEAD_S, BEHIND_BLOCKS, RingController
 from bufferstand.drivers.interfaces import SampleBlock
-from bufferstand.drivers.modbus_link import Exchange, ModbusLink, ModbusRefusal
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.ring_controller import AHEAD_S, BEHIND_BLOCKS, RingController
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.modbus.link import Exchange, ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus.wires import TcpWire
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
 from tests.drivers import servers

@@ -15,17 +15,18 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.build_sensors import build_sensors
-from bufferstand.drivers.check import check_devices
+from bufferstand.drivers.check.devices import check_devices
 from bufferstand.drivers.connect import build_controller
-from bufferstand.drivers.interfaces import Controller, DeviceFault, Sensor, SensorFault
-from bufferstand.drivers.simulated.faults import FAULTS, ONCE, parse_fault, target_class
-from bufferstand.drivers.simulated.faults_control import ask
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.connect_sensors import build_sensors
+from bufferstand.drivers.interfaces import Controller, Sensor, SensorFault
+from bufferstand.drivers.simulated.faults.control import ask
+from bufferstand.drivers.simulated.faults.schedule import FAULTS, ONCE, parse_fault, target_class
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.process import SimulatedStandProcess, start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from bufferstand.foundation.motions import RampTo
 from tests.drivers.conftest import SAMPLE_STAND
 
@@ -153,11 +154,11 @@ def adapter_stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bufferstand.drivers.host_stamps.RATE_WINDOW_S", 1.0)
-    monkeypatch.setattr("bufferstand.drivers.temperature_bus._LEAST_STALL_S", 1.0)
-    monkeypatch.setattr("bufferstand.drivers.temperature_bus._READ_WORST_S", 0.3)
-    monkeypatch.setattr("bufferstand.drivers.check.ANSWER_WAIT_S", 0.5)
-    monkeypatch.setattr("bufferstand.drivers.check_hints.UNITS", ())
+    monkeypatch.setattr("bufferstand.drivers.amplifiers.host_stamps.RATE_WINDOW_S", 1.0)
+    monkeypatch.setattr("bufferstand.drivers.thermometers.bus._LEAST_STALL_S", 1.0)
+    monkeypatch.setattr("bufferstand.drivers.thermometers.bus._READ_WORST_S", 0.3)
+    monkeypatch.setattr("bufferstand.drivers.check.devices.ANSWER_WAIT_S", 0.5)
+    monkeypatch.setattr("bufferstand.drivers.check.hints.UNITS", ())
 
 
 def until_told(expected: str, listen: Callable[[], list[str]]) -> None:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.gsv2 import Gsv2Amplifier, frequency_of, register_of
-from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.stand_file import AmplifierSettings
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier, frequency_of, register_of
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import AmplifierSettings
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import PATIENCE_S, Collector, until
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.test_gsv2_frames import noisy, stream

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.gsv2 import Gsv2Amplifier
-from bufferstand.drivers.gsv2_frames import SHORT, FrameDecoder
-from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.simulated.amplifier_devices import Gsv2Device, encode_short_frames
-from bufferstand.drivers.text_values import LineDecoder, decimal_counts
+from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
+from bufferstand.drivers.amplifiers.gsv2.frames import SHORT, FrameDecoder
+from bufferstand.drivers.amplifiers.text_values import LineDecoder, decimal_counts
+from bufferstand.drivers.simulated.wires.amplifiers import Gsv2Device, encode_short_frames
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import Collector, FarEnd, amplifier_settings, until
 from tests.drivers.test_gsv2_frames import noisy
 

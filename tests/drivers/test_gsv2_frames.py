@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.gsv2_frames import FrameDecoder, Gsv2Frame
+from bufferstand.drivers.amplifiers.gsv2.frames import FrameDecoder, Gsv2Frame
 
 FEW = settings(max_examples=15)
 COUNTS = st.lists(st.integers(-(2**23), 2**23 - 1), min_size=12, max_size=60)

@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.host_stamps import JUMP_S, RATE_DOUBT, RATE_WINDOW_S, HostStamps, RateWatch
+from bufferstand.drivers.amplifiers.host_stamps import (
+    JUMP_S,
+    RATE_DOUBT,
+    RATE_WINDOW_S,
+    HostStamps,
+    RateWatch,
+)
 
 
 @settings(max_examples=12)

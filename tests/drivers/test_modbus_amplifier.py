@@ -9,18 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.amplifier_map import SHIPPED_MAPS, AmplifierMap, load_amplifier_map
-from bufferstand.drivers.build_sensors import build_amplifier
-from bufferstand.drivers.interfaces import DeviceFault
-from bufferstand.drivers.modbus_amplifier import ModbusAmplifier
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.stand_file import AmplifierSettings
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.drivers.transcript import read_transcript
-from bufferstand.drivers.transcript_tap import record_wires
+from bufferstand.drivers.amplifiers.modbus import ModbusAmplifier
+from bufferstand.drivers.connect_sensors import build_amplifier
+from bufferstand.drivers.modbus.link import ModbusLink
+from bufferstand.drivers.modbus.wires import TcpWire
+from bufferstand.drivers.register_maps.amplifier_map import SHIPPED_MAPS, AmplifierMap, load_amplifier_map
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import AmplifierSettings
+from bufferstand.drivers.transcripts.recorder import record_wires
+from bufferstand.drivers.transcripts.transcript import read_transcript
 from bufferstand.foundation.clock import WallClock
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput, DeviceFault
 from tests.drivers.amplifiers import Collector, RegisterAmplifier, amplifier_settings, until
 
 MAP = load_amplifier_map("dms-float", Path())

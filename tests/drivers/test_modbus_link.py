@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from bufferstand.drivers.modbus_link import Exchange, ModbusLink, ModbusRefusal
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.profile import Profile
+from bufferstand.drivers.modbus.link import Exchange, ModbusLink, ModbusRefusal
+from bufferstand.drivers.modbus.wires import TcpWire
+from bufferstand.drivers.register_maps.profile import Profile
 from bufferstand.foundation.errors import DeviceFault, WireLost
 from tests.drivers import servers
 from tests.drivers.ring_device import RingDevice

@@ -8,18 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, NotInCharge
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import Client, RtuWire, TcpWire
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.simulated.modbus_pdu import Responder
-from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
-from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.modbus.link import ModbusLink
+from bufferstand.drivers.modbus.wires import Client, RtuWire, TcpWire
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.modbus_requests import Responder
+from bufferstand.drivers.simulated.wires.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
-from bufferstand.foundation.errors import WireLost
+from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge, WireLost
 from bufferstand.foundation.motions import RampTo, StandStill
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND

@@ -13,17 +13,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.interfaces import DeviceFault, SampleBlock
-from bufferstand.drivers.modbus_link import ModbusLink, Table
-from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
-from bufferstand.drivers.profile import Profile
-from bufferstand.drivers.registers import pack
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.simulated.modbus_pdu import Responder
-from bufferstand.drivers.simulated.modbus_rtu import RtuStandServer
-from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.interfaces import SampleBlock
+from bufferstand.drivers.modbus.link import ModbusLink, Table
+from bufferstand.drivers.modbus.wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.register_maps.coding import pack
+from bufferstand.drivers.register_maps.profile import Profile
+from bufferstand.drivers.simulated.wires.modbus_requests import Responder
+from bufferstand.drivers.simulated.wires.modbus_rtu import RtuStandServer
+from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers import noisy
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.noisy import KINDS, Noise

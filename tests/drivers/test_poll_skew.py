@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.poll_skew import damping_error
+from bufferstand.drivers.controllers.poll_skew import damping_error
 from bufferstand.model.file import load_model
 from bufferstand.model.simulation import band_history, force_history, lag_histories
 from tests.drivers.conftest import SAMPLE_STAND

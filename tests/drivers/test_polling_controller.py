@@ -14,20 +14,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.bus_thread import BusThread
-from bufferstand.drivers.interfaces import DeviceFault, MotionState
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.poll_skew import PolledAt, SkewMeter
-from bufferstand.drivers.polling_controller import PollingController
-from bufferstand.drivers.profile import SHIPPED, load_profile
-from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.modbus_pdu import Responder
-from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.bus_thread import BusThread
+from bufferstand.drivers.controllers.poll_skew import PolledAt, SkewMeter
+from bufferstand.drivers.controllers.polling_controller import PollingController
+from bufferstand.drivers.interfaces import MotionState
+from bufferstand.drivers.modbus.link import ModbusLink
+from bufferstand.drivers.modbus.wires import TcpWire
+from bufferstand.drivers.register_maps.profile import SHIPPED, load_profile
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.modbus_requests import Responder
+from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
-from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.errors import BadInput, DeviceFault
 from bufferstand.foundation.motions import RampTo
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND

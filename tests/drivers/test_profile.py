@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.profile import RING_REGISTERS, SHIPPED, Profile, load_profile
+from bufferstand.drivers.register_maps.profile import RING_REGISTERS, SHIPPED, Profile, load_profile
 from bufferstand.foundation.errors import BadInput
 
 EXECUTE = 'name = "execute"\naddress = 84\ntype = "u16"\naccess = "rw"'

@@ -10,7 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bufferstand.drivers.registers import WORDS, Layout, RegisterPlace, decode_value, encode_value
+from bufferstand.drivers.register_maps.coding import (
+    WORDS,
+    Layout,
+    RegisterPlace,
+    decode_value,
+    encode_value,
+)
 
 ORDERS = st.sampled_from(["big", "little"])
 VALUES = st.one_of(

@@ -11,14 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers import modbus_link
-from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, EndReason, MotionState, NotInCharge
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import TcpWire
-from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.drivers.modbus import link as modbus_link
+from bufferstand.drivers.modbus.link import ModbusLink
+from bufferstand.drivers.modbus.wires import TcpWire
+from bufferstand.drivers.register_maps.profile import Profile, load_profile
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge
 from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.drivers import servers
 from tests.drivers.conftest import SAMPLE_STAND

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bufferstand.drivers.controllers.cycle_gaps import parted
+from bufferstand.drivers.controllers.ring_reader import DoubtfulBlock, RingReader, RingRows
 from bufferstand.drivers.interfaces import SampleBlock
-from bufferstand.drivers.missed_cycles import parted
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.registers import pack
-from bufferstand.drivers.ring_reader import DoubtfulBlock, RingReader, RingRows
+from bufferstand.drivers.register_maps.coding import pack
+from bufferstand.drivers.register_maps.profile import load_profile
 from tests.drivers.profiles import plain_ring
 from tests.drivers.ring_device import PERIOD_US, RingDevice
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from bufferstand.drivers.profile import SIMULATED_SIGN, Profile, load_profile
-from bufferstand.drivers.register_controller import RegisterController
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.modbus_pdu import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.virtual_link import virtual_link
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.register_controller import RegisterController
+from bufferstand.drivers.register_maps.profile import SIMULATED_SIGN, Profile, load_profile
+from bufferstand.drivers.simulated.inprocess.register_wire import virtual_link
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.modbus_requests import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
+from bufferstand.drivers.stand_file.loading import load_stand
 from tests.daq.cases import SAMPLES
 from tests.drivers.profiles import changed_ring
 
@@ -60,5 +60,5 @@ def test_a_controller_that_refuses_the_register_or_holds_something_else_there_is
 
         monkeypatch.setattr(RegisterBank, "readable", property(without))
     else:
-        monkeypatch.setattr("bufferstand.drivers.simulated.register_bank.SIMULATED_SIGN", there)
+        monkeypatch.setattr("bufferstand.drivers.simulated.wires.controller_registers.SIMULATED_SIGN", there)
     assert asked(profile) == (False, [])

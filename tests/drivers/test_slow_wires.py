@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import with_endpoints
 from bufferstand.foundation.clock import WallClock
 from tests.daq.cases import ListRecorder
 from tests.drivers.profiles import RING_TEXT

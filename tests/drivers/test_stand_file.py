@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.profile import SHIPPED
-from bufferstand.drivers.stand_file import (
+from bufferstand.drivers.register_maps.profile import SHIPPED
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import (
     CONTROLLER_CHANNELS,
     Endpoints,
     StandFile,
@@ -15,7 +16,6 @@ from bufferstand.drivers.stand_file import (
     wires_from,
     with_endpoints,
 )
-from bufferstand.drivers.stand_loading import load_stand
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND
 

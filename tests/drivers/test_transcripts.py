@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.check import check_stand
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import Endpoints, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.drivers.transcript import HEAD, TranscriptPiece, read_transcript
-from bufferstand.drivers.transcript_tap import record_wires
+from bufferstand.drivers.check.devices import check_stand
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import Endpoints, with_endpoints
+from bufferstand.drivers.transcripts.recorder import record_wires
+from bufferstand.drivers.transcripts.transcript import HEAD, TranscriptPiece, read_transcript
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.conftest import SAMPLE_STAND

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
-from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault
-from bufferstand.drivers.stand_file import OneWireSettings
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.drivers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import OneWireSettings
+from bufferstand.drivers.thermometers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
+from bufferstand.drivers.thermometers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.test_ds18b20 import scratchpad, w1_text

@@ -12,15 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers import writer_notice
-from bufferstand.drivers.writer_notice import NoticeBoard, address_key
+from bufferstand.drivers.controllers import writer_notice
+from bufferstand.drivers.controllers.writer_notice import NoticeBoard, address_key
 
 ADDRESS = "127.0.0.1:15020 unit 1"
 CHILD = """
 import sys
 from pathlib import Path
 from bufferstand.drivers import writer_notice
-from bufferstand.drivers.writer_notice import NoticeBoard
+from bufferstand.drivers.controllers.writer_notice import NoticeBoard
 board = NoticeBoard(sys.argv[1], "stand jog", Path(sys.argv[2]))
 print(board.lock(), flush=True)
 board.put(4711)

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from bufferstand.evaluation.record import Temperature
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record.record import Temperature
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.signals import Floats
 
 FORCE = ChannelUncertainty(accuracy_percent=0.5, reversibility_percent=0.75, zero=0.5, u_delay_s=2e-4)

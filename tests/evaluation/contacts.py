@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.evaluation.contact.find import find_first_contact
 from bufferstand.evaluation.facts.first_contact import FirstContact
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, Temperature, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.loops.first_contact import find_first_contact
+from bufferstand.evaluation.record.record import Record, Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats
 
 WIRE = ChannelUncertainty(linearity=0.05, zero=0.05, u_delay_s=2e-5)

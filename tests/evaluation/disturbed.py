@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from scipy.signal import lfilter
 
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.signals import Floats
 
 Disturbance = Literal["hum", "coloured", "drift"]

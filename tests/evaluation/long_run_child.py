@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import MemoryBounds
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import Channel, ChannelUncertainty
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.loading.long_runs import MemoryBounds
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
 from bufferstand.recording.content import Segment
-from bufferstand.recording.layout import ENTRY, Widths, item_values, segment_rows, stream_columns
-from bufferstand.recording.runfile import fitting_heads, write_columns
+from bufferstand.recording.runfile.file import fitting_heads, write_columns
+from bufferstand.recording.runfile.layout import ENTRY, Widths, item_values, segment_rows, stream_columns
 from tests.recording import samples
 from tests.recording.peak_memory import peak_MB
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, Temperature, make_record
+from bufferstand.evaluation.record.record import Record, Temperature, make_record
 from bufferstand.evaluation.requirements.limit_set import LimitSet
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats
 
 Branch = Callable[[Floats], Floats]

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.evaluation.across_runs.identity import ChannelIdentity
+from bufferstand.evaluation.facts.channel_identity import ChannelIdentity
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, Temperature, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record.record import Record, Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 
 Floats = NDArray[np.float64]
 

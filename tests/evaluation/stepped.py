@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, Temperature, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.kind import Kind
+from bufferstand.evaluation.record.record import Record, Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.run_kinds import Kind
 from tests.evaluation.signals import STATED, Floats
 
 STORAGE, LOSS, MEAN_kN = 4.0, 0.6, 250.0

@@ -12,12 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.evaluation.across_runs.combine import Figures, RunFigure, coverage_factor_95
-from bufferstand.evaluation.across_runs.identity import ChannelIdentity, Occasion, identity_of
 from bufferstand.evaluation.across_runs.line import fit_line
-from bufferstand.evaluation.across_runs.runs import figure_of
-from bufferstand.evaluation.across_runs.shared import Regression
-from bufferstand.evaluation.archive.kept import keep
-from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.across_runs.run_means import figure_of
+from bufferstand.evaluation.archive.stored_run import keep
+from bufferstand.evaluation.facts.channel_identity import ChannelIdentity, Occasion, identity_of
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.facts.shared_errors import (
     ErrorSource,
@@ -25,10 +24,12 @@ from bufferstand.evaluation.facts.shared_errors import (
     SharedContributions,
     shared_of,
 )
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.evaluation.uncertainty.error_model import draw_errors
+from bufferstand.evaluation.uncertainty.shared_errors import Regression
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse
 
 FORCE = ChannelUncertainty(accuracy_percent=0.5, reversibility_percent=0.75, zero=0.5, u_delay_s=2e-4)

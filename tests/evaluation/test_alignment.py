@@ -7,11 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.alignment import advanced, area_rate_J_per_s, skew_sensitivity
-from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.cycles.find import find_cycles
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.skew import SkewMeasurement, measure_skew
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.uncertainty.skew.measure import SkewMeasurement, measure_skew
+from bufferstand.evaluation.uncertainty.skew.sensitivity import (
+    advanced,
+    area_rate_J_per_s,
+    skew_sensitivity,
+)
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 

@@ -11,14 +11,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.budget_lines import Budget, budget_entry
-from bufferstand.evaluation.document import run_entry
-from bufferstand.evaluation.every_quantity import MAIN
+from bufferstand.evaluation.catalogue.every_quantity import MAIN
+from bufferstand.evaluation.document.build import run_entry
+from bufferstand.evaluation.facts.budget import Budget, budget_entry
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 FORCE = ChannelUncertainty(accuracy_percent=1.0, reversibility_percent=1.5, zero=1.0, u_delay_s=1e-4)

@@ -14,17 +14,17 @@ from typing import Any
 
 import pytest
 
-from bufferstand.evaluation.archive.facts import FIELDS
+from bufferstand.evaluation.archive.run_queries import FIELDS
 from bufferstand.evaluation.archive.tables import RUN_COLUMNS
-from bufferstand.evaluation.catalogue import Catalogue, Incomplete, Quantity, Shown
-from bufferstand.evaluation.cycle_quantities import NOWHERE
-from bufferstand.evaluation.document import evaluate_entry, evaluation_document
-from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.catalogue.cycle_quantities import NOWHERE
+from bufferstand.evaluation.catalogue.every_quantity import QUANTITIES
+from bufferstand.evaluation.catalogue.quantity import Catalogue, Incomplete, Quantity, Shown
+from bufferstand.evaluation.document.build import evaluate_entry, evaluation_document
+from bufferstand.evaluation.document.tables import NUMBERS
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.report.numbers import quantity_cell
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.table import NUMBERS
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.report.content.numbers import quantity_cell
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.docs.symbols_page import PAGE, row
 from tests.evaluation.signals import STATED, Ellipse
 
@@ -159,8 +159,8 @@ FURTHER = '''
 
 from dataclasses import replace
 
-from bufferstand.evaluation.catalogue import InCycles, OnScreen, Rounding, Settled, Trended
-from bufferstand.evaluation.cycle_quantities import NOWHERE, of_loop
+from bufferstand.evaluation.catalogue.quantity import InCycles, OnScreen, Rounding, Settled, Trended
+from bufferstand.evaluation.catalogue.cycle_quantities import NOWHERE, of_loop
 
 ENTRIES = [
     of_loop(
@@ -185,12 +185,12 @@ from click.testing import CliRunner
 from bufferstand.cli.main import bufferstand
 from bufferstand.daq.monitor.results import describe
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.build_comparison import build_comparison
-from bufferstand.evaluation.report.content import Table
-from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.reading import read_source
-from bufferstand.evaluation.report.sides import side_by_side
-from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.report.comparison import build_comparison
+from bufferstand.evaluation.report.content.content import Table
+from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.reading import read_source
+from bufferstand.evaluation.report.source.specimens import side_by_side
+from bufferstand.evaluation.catalogue.every_quantity import QUANTITIES
 from tests.docs.symbols_page import page
 
 def said(*words):

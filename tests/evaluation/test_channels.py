@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nptdms import ChannelObject, TdmsWriter
 
-from bufferstand.evaluation.channels.bring import bring, too_coarse, usable
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import MemoryBounds
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.loading.long_runs import MemoryBounds
+from bufferstand.evaluation.loading.resample import bring, too_coarse, usable
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 from tests.recording.foreign.test_instants import every, written
 

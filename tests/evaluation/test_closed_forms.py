@@ -12,10 +12,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Quantities
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.results import Quantities
+from bufferstand.evaluation.quantities.evaluate import evaluate_cycle
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Ellipse, Floats
 
 FREQUENCIES = (0.05, 0.2, 0.5, 1.27, 2.5)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation import reversals
-from bufferstand.evaluation.condense import condensed_for
-from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.cycles.find import find_cycles
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.reversals import find_reversals, sampling_of
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.kind import Kind
+from bufferstand.evaluation.loading.condense import condensed_for
+from bufferstand.evaluation.numerics import reversals
+from bufferstand.evaluation.numerics.reversals import find_reversals, sampling_of
+from bufferstand.evaluation.quantities.evaluate import evaluate_cycle
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.run_kinds import Kind
 from tests.evaluation.signals import Ellipse
 from tests.evaluation.test_closed_forms import ABSORBED, STORED, branches
 

@@ -16,13 +16,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.facts.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.requirements.bounded import ValueSpan
+from bufferstand.evaluation.record.record import Temperature, make_record
+from bufferstand.evaluation.requirements.conditions.spans import ValueSpan
+from bufferstand.evaluation.requirements.conditions.speed import between_rows
 from bufferstand.evaluation.requirements.rows import RowLimits
-from bufferstand.evaluation.requirements.speed import between_rows
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import BUFFER, STARTED, STATED, Floats
 
 Mask = NDArray[np.bool_]

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.channels.between import InterpolationLimits
-from bufferstand.evaluation.contact.find import find_first_contact
-from bufferstand.evaluation.contact.rows import beside
-from bufferstand.evaluation.document import evaluate_file
-from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.document.build import evaluate_file
+from bufferstand.evaluation.facts.document_types import Verdict
+from bufferstand.evaluation.facts.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.loops.first_contact import find_first_contact
+from bufferstand.evaluation.record.interpolated_force import InterpolationLimits
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.requirements.contact_zero import beside
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import StaticTest
 

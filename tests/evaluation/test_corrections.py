@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.protocols.commanded import Sine
-from bufferstand.recording.run import RunEvent
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.protocols.prediction.machine_stroke import Sine
+from bufferstand.recording.runfile.run import RunEvent
 from tests.evaluation.signals import STATED, Floats
 from tests.evaluation.stepped import LOSS, STORAGE, MEAN_kN, record_of
 

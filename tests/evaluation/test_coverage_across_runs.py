@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.across_runs.runs import figure_of
-from bufferstand.evaluation.differences import UncertainValue, difference
+from bufferstand.evaluation.across_runs.differences import UncertainValue, difference
+from bufferstand.evaluation.across_runs.run_means import figure_of
+from bufferstand.evaluation.across_runs.temperature_comparison import compare_temperatures
+from bufferstand.evaluation.across_runs.trends import find_trends
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.thermal_comparison import compare_temperatures
-from bufferstand.evaluation.trends import find_trends
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record.record import Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 from tests.evaluation.signals import CERTIFIED, Floats
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.closed_loops import Progressive, measured
 from tests.evaluation.disturbed import SURE_FORCE, SURE_WIRES, Disturbance, disturbed
 from tests.evaluation.signals import Floats

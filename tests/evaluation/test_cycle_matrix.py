@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.cycle import Cycle
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Floats
 
 MEAN_MM, HALF_MM, NOISE_MM = 50.0, 20.0, 0.02

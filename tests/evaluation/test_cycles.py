@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.spectra import fitted_harmonics
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.cycles.harmonics import fitted_harmonics
+from bufferstand.evaluation.facts.cycle import Cycle
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 

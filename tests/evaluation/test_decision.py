@@ -6,9 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.document_types import Verdict
-from bufferstand.evaluation.requirements.decision import conformance_probability, decide, govern, run_verdict
-from bufferstand.evaluation.results import RequirementResult
+from bufferstand.evaluation.facts.document_types import Verdict
+from bufferstand.evaluation.facts.results import RequirementResult
+from bufferstand.evaluation.requirements.decision import (
+    conformance_probability,
+    decide,
+    govern,
+    run_verdict,
+)
 
 
 def result(verdict: Verdict, *, condition: bool = False, identity: str = "x") -> RequirementResult:

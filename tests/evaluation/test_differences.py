@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.differences import UncertainValue, difference, equivalences
+from bufferstand.evaluation.across_runs.differences import UncertainValue, difference, equivalences
 from bufferstand.evaluation.facts.shared_errors import ErrorSource, SharedContributions
 
 number = st.floats(-1e6, 1e6, allow_nan=False)

@@ -7,14 +7,24 @@ from typing import get_args
 
 import pytest
 
-from bufferstand.evaluation import cycles, loop_readings, quantities, thermometry, trends
-from bufferstand.evaluation.every_quantity import QUANTITIES
+from bufferstand.evaluation.across_runs import trends
+from bufferstand.evaluation.catalogue.every_quantity import QUANTITIES
+from bufferstand.evaluation.cycles import find as cycles
 from bufferstand.evaluation.facts.run_facts import Options
+from bufferstand.evaluation.loops.extreme_forces import FORCE_WINDOW
+from bufferstand.evaluation.quantities import (
+    evaluate as quantities,
+)
+from bufferstand.evaluation.quantities import (
+    loop_readings,
+)
+from bufferstand.evaluation.quantities import (
+    temperature as thermometry,
+)
 from bufferstand.evaluation.requirements import static
 from bufferstand.evaluation.requirements.checklist import asked_items
 from bufferstand.evaluation.requirements.limit_set import find_limit_set, shipped_limit_set, shipped_names
 from bufferstand.evaluation.requirements.readings import LimitSetReadings
-from bufferstand.evaluation.turns.force_extremes import FORCE_WINDOW
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 EVALUATION = (DOCS / "evaluation.md").read_text(encoding="utf-8")

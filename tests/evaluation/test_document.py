@@ -11,14 +11,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.document.build import evaluation_document
+from bufferstand.evaluation.document.tables import COLUMNS, cycle_table, write_table
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.record.record import make_record
 from bufferstand.evaluation.requirements.limit_set import load_limit_set, shipped_limit_set
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.table import COLUMNS, cycle_table, write_table
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.catalogue import run_files
+from bufferstand.recording.finding.run_facts import run_files
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 CYCLE_KEYS = {
@@ -115,7 +115,7 @@ def test_empty_table_has_its_columns() -> None:
 def test_table_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(BadInput, match=r"use .csv, .parquet or .xlsx"):
         write_table(DOCUMENT, tmp_path / "t.ods")
-    monkeypatch.setattr("bufferstand.evaluation.table.find_spec", lambda _: None)
+    monkeypatch.setattr("bufferstand.evaluation.document.tables.find_spec", lambda _: None)
     with pytest.raises(BadInput, match="install it"):
         write_table(DOCUMENT, tmp_path / "t.parquet")
     with pytest.raises(BadInput, match="cannot be written"):

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.error_model import (
+from bufferstand.evaluation.facts.results import RunEvaluation
+from bufferstand.evaluation.facts.run_facts import Options, RunFacts
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.evaluation.uncertainty.error_model import (
     drum_periods_mm,
     mean_of_wires,
     stroke_term_slopes,
     stroke_terms,
 )
-from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 
 TANGENT = "tangent_stiffness_kN_per_mm"

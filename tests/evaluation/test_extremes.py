@@ -12,23 +12,23 @@ from hypothesis import strategies as st
 
 from bufferstand.evaluation.archive.comparison import compare_evaluations
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
-from bufferstand.evaluation.archive.facts import FIELDS, result_facts
-from bufferstand.evaluation.archive.identity import EvaluationSettings, software
-from bufferstand.evaluation.archive.kept import keep
+from bufferstand.evaluation.archive.run_queries import FIELDS, result_facts
+from bufferstand.evaluation.archive.settings_and_software import EvaluationSettings, software
+from bufferstand.evaluation.archive.stored_run import keep
 from bufferstand.evaluation.archive.tables import runs_frame
-from bufferstand.evaluation.document import evaluation_document, run_entry
-from bufferstand.evaluation.error_model import draw_errors
-from bufferstand.evaluation.extremes.errors import ExtremeReadings, channel_errors, rivals_of, stated
-from bufferstand.evaluation.extremes.of_run import sample_extremes
-from bufferstand.evaluation.extremes.peaks import NEAR, peaks_of, stands_alone
+from bufferstand.evaluation.document.build import evaluation_document, run_entry
+from bufferstand.evaluation.facts.results import EXTREME_NAMES, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import MemoryBounds
-from bufferstand.evaluation.record import Peak, Record, Temperature, make_record
-from bufferstand.evaluation.results import EXTREME_NAMES, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
-from bufferstand.recording.query import parse_query
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.loading.long_runs import MemoryBounds
+from bufferstand.evaluation.record.peaks import NEAR, peaks_of, stands_alone
+from bufferstand.evaluation.record.record import Peak, Record, Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.evaluation.run.extremes.errors import ExtremeReadings, channel_errors, rivals_of, stated
+from bufferstand.evaluation.run.extremes.of_run import sample_extremes
+from bufferstand.evaluation.uncertainty.error_model import draw_errors
+from bufferstand.foundation.channels.channel import ChannelUncertainty
+from bufferstand.recording.finding.query import parse_query
 from tests.evaluation.signals import STATED, Ellipse, Floats, StaticTest
 from tests.evaluation.test_load import csv_of
 

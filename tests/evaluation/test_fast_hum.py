@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.noise import white
-from bufferstand.evaluation.reversals import noise_sigma, without_fast_hum
+from bufferstand.evaluation.numerics.reversals import noise_sigma, without_fast_hum
+from bufferstand.evaluation.uncertainty.noise import white
 
 
 def test_white_noise_is_what_differences_say() -> None:

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from bufferstand.evaluation.facts.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.contacts import TIGHT, Approach
 from tests.evaluation.signals import BUFFER, STARTED, StaticTest
 

@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
-from bufferstand.daq.runner import run_campaign
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.evaluation.document import evaluate_file, evaluation_document
+from bufferstand.daq.campaign.campaign_runner import run_campaign
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.evaluation.document.build import evaluate_file, evaluation_document
+from bufferstand.evaluation.facts.planned_motion import PlannedValue, expected_turns, held_against
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.held_against import PlannedValue, expected_turns, held_against
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.report.closing import deviations_section, not_as_required
-from bufferstand.evaluation.report.content import Table
-from bufferstand.evaluation.report.reading import read_source
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.report.content.content import Table
+from bufferstand.evaluation.report.sections.statements import deviations_section, not_as_required
+from bufferstand.evaluation.report.source.reading import read_source
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.evaluation.signals import Ellipse
 

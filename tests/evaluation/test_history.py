@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.archive.kept import keep
-from bufferstand.evaluation.document import evaluation_document, run_entry, what_runs_say_together
+from bufferstand.evaluation.archive.stored_run import keep
+from bufferstand.evaluation.document.build import evaluation_document, run_entry, what_runs_say_together
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.closed_loops import measured
 from tests.evaluation.signals import BUFFER, CERTIFIED, STARTED, STATED, Ellipse, Floats, StaticTest
 from tests.evaluation.test_coverage_across_runs import Specimen

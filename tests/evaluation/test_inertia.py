@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.document.build import evaluation_document
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.inertia import acceleration_mm_per_s2, acceleration_noise_mm_per_s2
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.loops.inertia import acceleration_mm_per_s2, acceleration_noise_mm_per_s2
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation.signals import Ellipse, StaticTest
 

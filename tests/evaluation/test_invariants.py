@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import Quantities
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.results import Quantities
+from bufferstand.evaluation.quantities.evaluate import evaluate_cycle
+from bufferstand.evaluation.record.record import make_record
 from bufferstand.foundation.units import to_inside
 from tests.evaluation.signals import Ellipse, Floats
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.cycle import Cycle
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Floats
 
 RATE_HZ, PERIOD_S, NOISE_MM = 1000.0, 0.8, 0.01

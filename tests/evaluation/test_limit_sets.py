@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.requirements.decision import decide
 from bufferstand.evaluation.requirements.limit_set import (
@@ -21,8 +22,7 @@ from bufferstand.evaluation.requirements.limit_set import (
     shipped_names,
 )
 from bufferstand.evaluation.requirements.readings import LimitSetReadings
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest, bent, ids, table, usual
 from tests.evaluation.signals import BUFFER, Floats, StaticTest, later

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.load import load_run, moving_mass_kg
-from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.evaluation.loading.load import load_run, moving_mass_kg
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import Anchor, Segment, StreamContent
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
-from bufferstand.recording.runfile import write_run
+from bufferstand.recording.runfile.file import write_run
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 ELLIPSE = Ellipse()

@@ -14,19 +14,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.condense import block_means, block_starts
-from bufferstand.evaluation.defects import Cleaner
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.long_runs import MemoryBounds
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.calibration import Calibration
-from bufferstand.foundation.channel import Channel, ChannelUncertainty
+from bufferstand.evaluation.loading.condense import block_means, block_starts
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.loading.long_runs import MemoryBounds
+from bufferstand.evaluation.record.defects import Cleaner
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import Segment, StreamContent
-from bufferstand.recording.runfile import open_run, write_run
+from bufferstand.recording.runfile.file import open_run, write_run
 from tests.evaluation.long_run_child import ABSORBED_J
 from tests.evaluation.signals import Ellipse, Floats
 from tests.evaluation.test_load import ELLIPSE, RATE, csv_of, write

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
-from bufferstand.evaluation.loops import cut_loop
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.loops.cut import cut_loop
+from bufferstand.evaluation.quantities.loop_readings import absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.record.record import make_record
 
 
 @pytest.mark.parametrize("samples", [40, 60, 101, 150, 199])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.channels.signals import _wander_s
-from bufferstand.evaluation.wiring.forces import _by_stamps
+from bufferstand.evaluation.plausibility.signal_comparison.force_sensors import _by_stamps
+from bufferstand.evaluation.record.signals import _wander_s
 
 TIME_S = np.arange(0.0, 20.0, 0.004)
 

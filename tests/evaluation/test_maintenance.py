@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.inspection import Inspection
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.requirements.checklist import asked_items
 from bufferstand.evaluation.requirements.inspection import load_inspection
 from bufferstand.evaluation.requirements.limit_set import LimitSet, find_limit_set
-from bufferstand.evaluation.results import RunEvaluation
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest
 from tests.evaluation.signals import BUFFER

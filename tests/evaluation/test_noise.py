@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.hum import lines_of, without_lines
-from bufferstand.evaluation.loops import cut_loop
-from bufferstand.evaluation.noise import Noise, Spectrum, record_noise, white
-from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.speed_noise import speed_lean
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.loops.cut import cut_loop
+from bufferstand.evaluation.numerics.hum import lines_of, without_lines
+from bufferstand.evaluation.quantities.evaluate import evaluate_cycle
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.uncertainty.noise import Noise, Spectrum, record_noise, white
+from bufferstand.evaluation.uncertainty.speed_noise import speed_lean
 from tests.evaluation.closed_loops import Progressive, measured
 from tests.evaluation.disturbed import SURE_FORCE, SURE_WIRES, coloured
 from tests.evaluation.signals import Floats

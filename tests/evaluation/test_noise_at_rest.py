@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.results import CycleResult, Quantities
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.history.of_run import history_of
-from bufferstand.evaluation.noise import Noise, record_noise
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import CycleResult, Quantities
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.history import history_of
+from bufferstand.evaluation.uncertainty.noise import Noise, record_noise
 
 STEP_S = 0.01
 NOISE_MM, NOISE_KN = 0.01, 1.0

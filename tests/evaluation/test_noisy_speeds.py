@@ -7,10 +7,10 @@ import re
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED
 
 SPEED = 4.0 * 20.0 * 0.1

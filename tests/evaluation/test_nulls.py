@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.document.build import evaluation_document
+from bufferstand.evaluation.facts.results import EXTREME_NAMES, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import EXTREME_NAMES, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 REASONS = {

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.error_model import draw_errors
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.further_draws import cycle_draws
-from bufferstand.evaluation.hum import HumLine
-from bufferstand.evaluation.noise import Noise
-from bufferstand.evaluation.own_errors import OwnErrors, own_errors
-from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.uncertainty import CyclePropagation
-from bufferstand.foundation.channel import Channel, ChannelUncertainty
+from bufferstand.evaluation.numerics.hum import HumLine
+from bufferstand.evaluation.quantities.evaluate import evaluate_cycle
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.evaluation.uncertainty.error_model import draw_errors
+from bufferstand.evaluation.uncertainty.hum_and_drift import OwnErrors, own_errors
+from bufferstand.evaluation.uncertainty.monte_carlo import CyclePropagation
+from bufferstand.evaluation.uncertainty.noise import Noise
+from bufferstand.evaluation.uncertainty.other_draws import cycle_draws
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
 from tests.evaluation.closed_loops import Progressive, measured
 from tests.evaluation.disturbed import SURE_FORCE, SURE_WIRES
 from tests.evaluation.signals import Floats

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.inspection import Inspection, InspectionFinding, InspectionHead
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.record.record import make_record
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED
 
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation import propagations
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.loops import LoopStack, cut_loop, cut_loops
-from bufferstand.evaluation.motion import Cycle
-from bufferstand.evaluation.propagations import Propagations
-from bufferstand.evaluation.record import Record, make_record
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.cycle import Cycle
+from bufferstand.evaluation.loops.cut import LoopStack, cut_loop, cut_loops
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.uncertainty import cycle_propagations as propagations
+from bufferstand.evaluation.uncertainty.cycle_propagations import Propagations
 
 
 def _noisy(cycles: int = 30) -> Record:

@@ -13,20 +13,20 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.cli.commands import evaluate, import_, report
+from bufferstand.cli.commands.recordings import evaluate, import_, report
+from bufferstand.evaluation.across_runs.conformity.candidates import candidate_of, standing_of
+from bufferstand.evaluation.across_runs.conformity.purposes import Candidate, decide_purposes
 from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
-from bufferstand.evaluation.archive.identity import EvaluationSettings, software
-from bufferstand.evaluation.archive.local import LocalWorkers
+from bufferstand.evaluation.archive.local_workers import LocalWorkers
+from bufferstand.evaluation.archive.settings_and_software import EvaluationSettings, software
 from bufferstand.evaluation.archive.tables import document, runs_frame
-from bufferstand.evaluation.conformity.candidates import candidate_of, standing_of
-from bufferstand.evaluation.conformity.purposes import Candidate, decide_purposes
-from bufferstand.evaluation.document import assemble, run_entry
+from bufferstand.evaluation.document.build import assemble, run_entry
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.reevaluation import changes_of
+from bufferstand.evaluation.report.sections.reevaluation import changes_of
+from bufferstand.evaluation.report.source.reading import Given, read_source
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording import cachefile
+from bufferstand.recording.finding import cache_file as cachefile
 from bufferstand.recording.foreign.importing import import_file
 from tests.evaluation.signals import STARTED, StaticTest, later
 

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.loop_readings import stored_energy_J
-from bufferstand.evaluation.loops import cut_loop
-from bufferstand.evaluation.quantities import consistency_warnings, evaluate_cycle
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.results import CycleResult
+from bufferstand.evaluation.loops.cut import cut_loop
+from bufferstand.evaluation.quantities.evaluate import consistency_warnings, evaluate_cycle
+from bufferstand.evaluation.quantities.loop_readings import stored_energy_J
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.foundation.units import to_inside
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.defects import describe
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.record.defects import describe
+from bufferstand.evaluation.record.record import make_record
 from bufferstand.foundation.errors import BadInput
 
 TIME = np.arange(100) * 0.01

@@ -12,13 +12,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.error_model import draw_errors
-from bufferstand.evaluation.further_draws import cycle_draws
-from bufferstand.evaluation.noise import Noise
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.uncertainty import CyclePropagation, force_draws, slope_draws
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.uncertainty.error_model import draw_errors
+from bufferstand.evaluation.uncertainty.monte_carlo import CyclePropagation, force_draws, slope_draws
+from bufferstand.evaluation.uncertainty.noise import Noise
+from bufferstand.evaluation.uncertainty.other_draws import cycle_draws
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 
 NAMES = ("W_s", "W_a", "D", "F(25)", "F(60)", "F(100)", "K_t")
 AT_STATED_STROKE = "K(50)"

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document_types import Verdict
-from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.facts.document_types import Verdict
+from bufferstand.evaluation.facts.results import RunEvaluation
 from tests.evaluation.made_to_order import GOOD_CYCLE, MadeTest, bent, ids, measured, table, usual
 from tests.evaluation.signals import BUFFER, later
 

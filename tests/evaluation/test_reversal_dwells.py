@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Command, CommandCode
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
 from bufferstand.drivers.simulated.settings import simulation_settings
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.clean_stand import IMPERFECTIONS, SAMPLE_STAND
 from tests.drivers.simulated.standing import FrictionSpring, device, stand_file
 from tests.evaluation.signals import Floats, StaticTest

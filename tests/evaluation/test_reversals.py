@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.reversals import Sampling, find_reversals, held_samples, noise_sigma, sampling_of
+from bufferstand.evaluation.numerics.reversals import (
+    Sampling,
+    find_reversals,
+    held_samples,
+    noise_sigma,
+    sampling_of,
+)
 
 RANDOM = np.random.default_rng(5)
 TIME = np.arange(0.0, 10.0, 0.001)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import Quantities
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import Quantities
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 ELLIPSE = Ellipse()

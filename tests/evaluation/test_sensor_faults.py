@@ -10,11 +10,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.channels.sensors import CODES, POSSIBLE_C, said, true_readings
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
 from bufferstand.evaluation.facts.run_facts import Options
+from bufferstand.evaluation.record.temperature_sensors import CODES, POSSIBLE_C, said, true_readings
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
 from tests.evaluation.signals import Floats, StaticTest
 
 AT_S = np.arange(60.0)

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from bufferstand.evaluation.document import evaluation_document
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.trends import find_trends
+from bufferstand.evaluation.across_runs.trends import find_trends
+from bufferstand.evaluation.document.build import evaluation_document
+from bufferstand.evaluation.facts.results import RunEvaluation
 from tests.evaluation.test_trends import SWEEP
 
 

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from bufferstand.evaluation import splines
-from bufferstand.evaluation.splines import moved
+from bufferstand.evaluation.numerics import cubic_splines as splines
+from bufferstand.evaluation.numerics.cubic_splines import moved
 
 ROOT = Path(__file__).resolve().parents[2]
 EVALUATE = """
 import sys
 from pathlib import Path
-from bufferstand.evaluation.document import evaluate_file
+from bufferstand.evaluation.document.build import evaluate_file
 from bufferstand.evaluation.facts.run_facts import Options
 assert evaluate_file(Path(sys.argv[1]), Options(draws=0)).cycles
 print(*sorted(name for name in sys.modules if name.split('.')[0] in ('scipy', 'pandas')))

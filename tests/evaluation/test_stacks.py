@@ -6,8 +6,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
-from bufferstand.evaluation.smoothing import moving_slopes, polynomials, smoothed
-from bufferstand.evaluation.splines import splines
+from bufferstand.evaluation.numerics.cubic_splines import splines
+from bufferstand.evaluation.numerics.smoothing import moving_slopes, polynomials, smoothed
 
 COUNT = np.array([40, 23, 31])
 RANDOM = np.random.default_rng(7)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document_types import Verdict
+from bufferstand.evaluation.facts.document_types import Verdict
+from bufferstand.evaluation.facts.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.requirements.limit_set import shipped_limit_set
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation
 from tests.evaluation.signals import BUFFER, StaticTest, later
 
 GOOD = StaticTest()
@@ -101,8 +101,8 @@ def test_one_requirement_fails(name: str) -> None:
 def shaped(run_test: StaticTest, points: list[tuple[float, float]]) -> RunEvaluation:
     """Evaluate a test whose loading branch goes through given points."""
     from bufferstand.evaluation.facts.run_facts import Options
-    from bufferstand.evaluation.record import make_record
-    from bufferstand.evaluation.run import evaluate_run
+    from bufferstand.evaluation.record.record import make_record
+    from bufferstand.evaluation.run.evaluate import evaluate_run
 
     time, stroke, force = replace(run_test, noise_mm=0.0, noise_kN=0.0).columns()
     old = 15.0 + 2.0 * stroke + 3.8e-6 * stroke**4
@@ -323,7 +323,7 @@ def test_other_limits() -> None:
     )
     assert stricter.sha256 != limits.sha256
     from bufferstand.evaluation.facts.run_facts import Options
-    from bufferstand.evaluation.run import evaluate_run
+    from bufferstand.evaluation.run.evaluate import evaluate_run
 
     run = evaluate_run(GOOD.record(), GOOD.facts(), Options(draws=100), stricter)
     assert verdicts(run, "stored-energy") == ["fail"] * 3

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.archive.facts import result_facts
-from bufferstand.evaluation.archive.kept import keep
-from bufferstand.evaluation.document import evaluation_document, run_entry, what_runs_say_together
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.steps.points import points_of
+from bufferstand.evaluation.across_runs.points import points_of
+from bufferstand.evaluation.archive.run_queries import result_facts
+from bufferstand.evaluation.archive.stored_run import keep
+from bufferstand.evaluation.document.build import evaluation_document, run_entry, what_runs_say_together
+from bufferstand.evaluation.facts.results import RunEvaluation
 from tests.evaluation.stepped import Block, columns, evaluated, strokes, sweep
 
 BLOCKS = (Block(), Block(amplitude_mm=10.0), Block(frequency_Hz=2.0), Block(mean_mm=70.0), Block())

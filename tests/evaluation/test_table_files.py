@@ -8,7 +8,7 @@ import openpyxl
 import pandas as pd
 import pytest
 
-from bufferstand.evaluation.table import EXCEL_CHARACTERS, write_frames
+from bufferstand.evaluation.document.tables import EXCEL_CHARACTERS, write_frames
 from bufferstand.foundation.errors import BadInput
 
 TEXTS = ["=1+1", "a\x01b", "y" * (EXCEL_CHARACTERS + 5), None, "−Ω\n"]

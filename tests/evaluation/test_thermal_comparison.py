@@ -8,13 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.across_runs.identity import ChannelIdentity
-from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.across_runs.temperature_comparison import (
+    TemperatureComparison,
+    compare_temperatures,
+)
+from bufferstand.evaluation.document.build import evaluation_document
+from bufferstand.evaluation.facts.channel_identity import ChannelIdentity
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.thermal_comparison import TemperatureComparison, compare_temperatures
+from bufferstand.evaluation.record.record import Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.model.file import load_model
 from bufferstand.model.simulation import simulate
 from tests.evaluation.signals import CERTIFIED, STATED, Ellipse

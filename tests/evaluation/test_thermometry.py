@@ -11,13 +11,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bufferstand.evaluation.facts.results import RequirementResult, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.record import Temperature
+from bufferstand.evaluation.quantities.temperature.coverage import (
+    READING_INTERVAL_S,
+    covers,
+    longest_hole,
+    readings_of,
+)
+from bufferstand.evaluation.quantities.temperature.of_cycles import temperatures_of
+from bufferstand.evaluation.record.record import Temperature
 from bufferstand.evaluation.requirements.limit_set import LimitSet, shipped_limit_set
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.thermometry.coverage import READING_INTERVAL_S, covers, longest_hole, readings_of
-from bufferstand.evaluation.thermometry.of_cycles import temperatures_of
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import Floats, StaticTest
 
 

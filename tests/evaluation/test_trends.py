@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.across_runs.trends import find_trends
+from bufferstand.evaluation.facts.results import Measured, RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import Measured, RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.trends import find_trends
+from bufferstand.evaluation.record.record import Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import CERTIFIED, STATED, Ellipse
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.motion import TurningPoint
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.reversals import noise_sigma
-from bufferstand.evaluation.turn_fits import points_of, smooth_fits
-from bufferstand.evaluation.turn_sides import Reversals, TurnKind
-from bufferstand.evaluation.turning import fit_turning_points
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.cycles.turn_neighbourhood import Reversals, TurnKind
+from bufferstand.evaluation.cycles.turning_points import fit_turning_points
+from bufferstand.evaluation.facts.cycle import TurningPoint
+from bufferstand.evaluation.numerics.reversals import noise_sigma
+from bufferstand.evaluation.numerics.shape_fits import points_of, smooth_fits
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Floats
 
 TIME = np.arange(0.0, 2.0, 0.001)

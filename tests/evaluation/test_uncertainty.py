@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.error_model import draw_errors, mean_of_wires, missing_facts
+from bufferstand.evaluation.cycles.find import find_cycles
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.further_draws import cycle_draws
-from bufferstand.evaluation.noise import Noise, record_noise
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.uncertainty import (
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.evaluation.uncertainty.error_model import draw_errors, mean_of_wires, missing_facts
+from bufferstand.evaluation.uncertainty.monte_carlo import (
     CyclePropagation,
     expanded,
     force_draws,
     slope_draws,
     turn_errors,
 )
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.uncertainty.noise import Noise, record_noise
+from bufferstand.evaluation.uncertainty.other_draws import cycle_draws
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.closed_loops import FORCE, WIRES, Progressive, measured
 from tests.evaluation.signals import Ellipse, Floats, StaticTest
 

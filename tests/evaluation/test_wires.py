@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.channels.signals import Signals
-from bufferstand.evaluation.document import evaluation_document
+from bufferstand.evaluation.document.build import evaluation_document
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.plausibility.look import RunView
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.evaluation.wiring.strokes import strokes_and_piston
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.plausibility.run_view.view import RunView
+from bufferstand.evaluation.plausibility.signal_comparison.stroke_sensors import strokes_and_piston
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.record.signals import Signals
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.signals import STATED, Ellipse, Floats
 from tests.evaluation.test_load import write
 

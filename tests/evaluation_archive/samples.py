@@ -11,7 +11,7 @@ import h5py
 import pytest
 
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation
-from bufferstand.evaluation.archive.identity import EvaluationSettings
+from bufferstand.evaluation.archive.settings_and_software import EvaluationSettings
 from bufferstand.evaluation.archive.tables import cycles_frame, document, runs_frame
 from bufferstand.evaluation.facts.run_facts import Options
 from tests.evaluation_report.make_runs import Made, write_campaign

@@ -16,13 +16,13 @@ import pytest
 from bufferstand.evaluation.archive import cache as cache_room
 from bufferstand.evaluation.archive.cache import FILE_NAME, Cache
 from bufferstand.evaluation.archive.evaluate import ArchiveEvaluation, evaluate_archive
-from bufferstand.evaluation.archive.identity import EvaluationSettings, software
-from bufferstand.evaluation.archive.kept import RequestedParts
-from bufferstand.evaluation.archive.local import LocalWorkers
-from bufferstand.evaluation.archive.work import File, Outcome
-from bufferstand.recording import cachefile
-from bufferstand.recording.cachefile import CacheFile
-from bufferstand.recording.index import indexed_runs
+from bufferstand.evaluation.archive.local_workers import LocalWorkers
+from bufferstand.evaluation.archive.settings_and_software import EvaluationSettings, software
+from bufferstand.evaluation.archive.stored_run import RequestedParts
+from bufferstand.evaluation.archive.tasks import File, Outcome
+from bufferstand.recording.finding import cache_file as cachefile
+from bufferstand.recording.finding.cache_file import CacheFile
+from bufferstand.recording.finding.index import indexed_runs
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged
 
 DAMAGE = {
@@ -273,8 +273,8 @@ import sys
 from pathlib import Path
 from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
-from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import Local
+from bufferstand.evaluation.archive.settings_and_software import software
+from bufferstand.evaluation.archive.local_workers import Local
 from tests.evaluation_archive.samples import SETTINGS
 runs = sorted(Path(sys.argv[1]).rglob("*.h5"))
 for _ in range(int(sys.argv[3])):

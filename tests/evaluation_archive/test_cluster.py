@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 from bufferstand.evaluation.archive.cache import Cache
-from bufferstand.evaluation.archive.cluster import ClusterWorkers, _quiet
+from bufferstand.evaluation.archive.dask_cluster import ClusterWorkers, _quiet
 from bufferstand.evaluation.archive.evaluate import ArchiveProgress, evaluate_archive
-from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import DIED, LocalWorkers
+from bufferstand.evaluation.archive.local_workers import DIED, LocalWorkers
+from bufferstand.evaluation.archive.settings_and_software import software
 from bufferstand.evaluation.archive.tables import cycles_frame, write_tables
-from bufferstand.evaluation.archive.work import File, OtherFile, evaluate_batch, mark_of
+from bufferstand.evaluation.archive.tasks import File, OtherFile, evaluate_batch, mark_of
 from bufferstand.foundation.errors import BadInput, DeviceFault
-from bufferstand.recording.runfile import read_metadata
+from bufferstand.recording.runfile.file import read_metadata
 from tests.evaluation_archive.dask_cluster import ROOT, DaskCluster, dask_cluster, free_port
 from tests.evaluation_archive.samples import (
     SETTINGS,
@@ -171,7 +171,7 @@ def test_a_worker_that_sees_another_archive(
             shutil.copyfile(run, tmp_path / place / f"{name}.h5")
             aged(tmp_path / place / f"{name}.h5")
     monkeypatch.chdir(tmp_path / "mine")
-    monkeypatch.setattr("bufferstand.recording.cachefile.SETTLED_S", -1e6)
+    monkeypatch.setattr("bufferstand.recording.finding.cache_file.SETTLED_S", -1e6)
     files = [HERE / "a.h5", HERE / "b.h5"]
     cache = Cache(tmp_path / "cache", SETTINGS.sha256, software().sha256)
     with dask_cluster(tmp_path, 0) as cluster:

@@ -13,7 +13,7 @@ from bufferstand.evaluation.archive.comparison import (
     compare_evaluations,
     load_evaluation,
 )
-from bufferstand.evaluation.document import SCHEMA
+from bufferstand.evaluation.document.build import SCHEMA
 from bufferstand.foundation.errors import BadInput
 
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from bufferstand.cli.main import main
+from bufferstand.evaluation.across_runs.copies import SHOWN, RecordingIdentity, each_once
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
-from bufferstand.evaluation.archive.facts import results_by_path
-from bufferstand.evaluation.archive.local import LocalWorkers
+from bufferstand.evaluation.archive.local_workers import LocalWorkers
+from bufferstand.evaluation.archive.run_queries import results_by_path
 from bufferstand.evaluation.archive.tables import document, runs_frame
-from bufferstand.evaluation.copies import SHOWN, RecordingIdentity, each_once
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
 from tests.evaluation_archive.samples import SETTINGS, archive
 
 BEGUN = datetime(2026, 3, 5, 9, tzinfo=UTC)

@@ -12,10 +12,10 @@ import pandas as pd
 import pytest
 
 from bufferstand.evaluation.archive.evaluate import ArchiveProgress, evaluate_archive
-from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import DIED, LocalWorkers
+from bufferstand.evaluation.archive.local_workers import DIED, LocalWorkers
+from bufferstand.evaluation.archive.settings_and_software import software
 from bufferstand.evaluation.archive.tables import cycles_frame, write_document, write_tables
-from bufferstand.evaluation.archive.work import (
+from bufferstand.evaluation.archive.tasks import (
     MOST_BYTES,
     MOST_FILES,
     File,
@@ -23,7 +23,7 @@ from bufferstand.evaluation.archive.work import (
     batches,
     evaluate_batch,
 )
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
 from tests.evaluation_archive.samples import SETTINGS, all_of_it, archive, damaged, let_poison_kill
 
 

@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.runs import command
+from bufferstand.cli.commands.recordings.runs import command
 from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
-from bufferstand.evaluation.archive.identity import software
-from bufferstand.evaluation.archive.local import LocalWorkers
-from bufferstand.evaluation.archive.sources import find_runs
+from bufferstand.evaluation.archive.local_workers import LocalWorkers
+from bufferstand.evaluation.archive.run_files import find_runs
+from bufferstand.evaluation.archive.settings_and_software import software
 from bufferstand.evaluation.archive.tables import write_document, write_tables
-from bufferstand.foundation.names import readable
-from bufferstand.recording import cachefile
+from bufferstand.foundation.files.names import readable
+from bufferstand.recording.finding import cache_file as cachefile
 from tests.evaluation_archive.samples import SETTINGS, archive
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.evaluation.archive.sources import find_runs
+from bufferstand.evaluation.archive.run_files import find_runs
 from bufferstand.foundation.errors import BadInput
 
 

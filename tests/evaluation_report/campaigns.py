@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.recording.content import Anchor, StreamContent
-from bufferstand.recording.runfile import write_run
+from bufferstand.recording.runfile.file import write_run
 from tests.evaluation.signals import Floats, StaticTest
 from tests.evaluation_report.make_runs import (
     FORCE_KN_PER_COUNT,

@@ -9,11 +9,11 @@ import pytest
 
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.reading import read_source
-from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.content.content import Content
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.source.reading import read_source
+from bufferstand.evaluation.report.source.source import ReportSource
 from tests.evaluation_report.make_runs import hand_made_document, write_campaign
 
 

@@ -19,12 +19,12 @@ from PIL import Image
 
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.build_comparison import build_comparison
-from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.sides import side_by_side
+from bufferstand.evaluation.report.comparison import build_comparison
+from bufferstand.evaluation.report.content.content import Content
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.source.specimens import side_by_side
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 
 Grey = NDArray[np.float64]

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
 from bufferstand.recording.content import Anchor, Event, StreamContent
-from bufferstand.recording.runfile import write_run
+from bufferstand.recording.runfile.file import write_run
 
 START = datetime(2026, 3, 5, 9, 0, tzinfo=UTC)
 FORCE_KN_PER_COUNT = 1e-3

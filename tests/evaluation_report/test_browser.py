@@ -14,8 +14,8 @@ import pytest
 
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.source.source import ReportSource
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_checklist import flat
 from tests.monitor.browser import chromium

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import pytest
 
-from bufferstand.evaluation.document import run_entry
+from bufferstand.evaluation.document.build import run_entry
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.figures.paint import draw
-from bufferstand.evaluation.report.budgets import budgets_section
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content import Section, Table
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.source import ReportSource
-from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.report.content.content import Section, Table
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.sections.budgets import budgets_section
+from bufferstand.evaluation.report.source.source import ReportSource
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made
 

@@ -12,14 +12,14 @@ from pathlib import Path
 import pypdfium2
 import pytest
 
-from bufferstand.evaluation.budget_lines import budget_entry
+from bufferstand.evaluation.facts.budget import budget_entry
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
-from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.content.content import Content
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.source import ReportSource
 from bufferstand.evaluation.requirements.limit_set import shipped_limit_set
 from tests.evaluation.signals import StaticTest
 from tests.evaluation_report.conftest import Made

@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.build_comparison import build_comparison
-from bufferstand.evaluation.report.content import Content, Table
-from bufferstand.evaluation.report.fields import ReportFields, read_fields
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.sides import ComparedSpecimens, conditions_of, side_by_side
-from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.comparison import build_comparison
+from bufferstand.evaluation.report.content.content import Content, Table
+from bufferstand.evaluation.report.source.fields import ReportFields, read_fields
+from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.source.source import ReportSource
+from bufferstand.evaluation.report.source.specimens import ComparedSpecimens, conditions_of, side_by_side
 from bufferstand.evaluation.report.writing import write_comparison
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made

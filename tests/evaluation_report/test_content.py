@@ -10,14 +10,20 @@ from typing import Any
 
 import pytest
 
-from bufferstand.daq.force_row import ForceTurns, force_row
+from bufferstand.daq.motions.force_rows import ForceTurns, force_row
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.closing import deviations_section
-from bufferstand.evaluation.report.content import DASH, Cell, Column, Content, Table, VerdictLine
-from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
-from bufferstand.evaluation.report.verdicts import is_condition, name_of, verdict_cell, verdict_line, worst
-from bufferstand.protocols.steps import ForceCycles
+from bufferstand.evaluation.report.content.content import DASH, Cell, Column, Content, Table, VerdictLine
+from bufferstand.evaluation.report.sections.statements import deviations_section
+from bufferstand.evaluation.report.sections.verdicts import (
+    is_condition,
+    name_of,
+    verdict_cell,
+    verdict_line,
+    worst,
+)
+from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.source import ReportRun, ReportSource, runs_text
+from bufferstand.protocols.steps.motions import ForceCycles
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, requirement
 

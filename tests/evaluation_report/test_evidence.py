@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from bufferstand.evaluation.evidence import comparison_entries
+from bufferstand.evaluation.document.evidence import comparison_entries
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content import Content, Section, Table
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.content.content import Content, Section, Table
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.source.source import ReportSource
 from tests.evaluation.test_thermal_comparison import static
 from tests.evaluation_report.conftest import Made
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from bufferstand.evaluation import api
+from bufferstand.evaluation.document import python_api as api
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content import Cell, Section, Table
-from bufferstand.evaluation.report.history import MOST_ROWS, contact_section, history_section
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.report.content.content import Cell, Section, Table
+from bufferstand.evaluation.report.sections.history import MOST_ROWS, contact_section, history_section
+from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
 from tests.evaluation_report.campaigns import (
     PRELOAD_LOST_KN,
     RELAXES_KN,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.figures.paint import draw
-from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from tests.evaluation_report.layout import (
     DOTS_PER_INCH,
     TOLERANCE,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any, cast
 
-from bufferstand.evaluation.report.identification import _not_guarded
-from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.report.sections.identity import _not_guarded
+from bufferstand.evaluation.report.source.source import ReportSource
 
 
 def source(*runs: tuple[int, list[str] | None]) -> ReportSource:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.report import numbers
-from bufferstand.evaluation.report.content import DASH
+from bufferstand.evaluation.report.content import numbers
+from bufferstand.evaluation.report.content.content import DASH
 from bufferstand.foundation.durations import duration_text
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.facts.finding import Finding
 from bufferstand.evaluation.report.build import build_content
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_evidence import section, table, with_facts

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.figures import style
 from bufferstand.evaluation.figures.plot import Curve, Plot
-from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.content.content import Content
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.layout import contents
 

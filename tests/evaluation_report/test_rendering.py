@@ -13,9 +13,9 @@ import pypdfium2
 import pytest
 
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.html import render_html
-from bufferstand.evaluation.report.pdf import render_pdf
+from bufferstand.evaluation.report.content.content import Content
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_content import FILLED, strings
@@ -191,7 +191,8 @@ def test_a_report_that_lacks_nothing_is_no_draft(report: Made) -> None:
 
 def test_a_warning_of_the_typesetter_is_a_failure(report: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "bufferstand.evaluation.report.pdf._OPTIONS", {"ignore_system_fonts": True, "font_paths": []}
+        "bufferstand.evaluation.report.rendering.pdf._OPTIONS",
+        {"ignore_system_fonts": True, "font_paths": []},
     )
     with pytest.raises(RuntimeError, match="typst warned: unknown font family: dejavu sans"):
         render_pdf(report.content, report.figures)

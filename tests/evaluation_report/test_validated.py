@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
-from bufferstand.evaluation.report.content import Section, Sheet, Texts
-from bufferstand.evaluation.report.fields import read_fields
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.source import ReportSource
-from bufferstand.evaluation.report.validated import software_section
-from bufferstand.evaluation.validation.proof import validate
+from bufferstand.evaluation.report.content.content import Section, Sheet, Texts
+from bufferstand.evaluation.report.sections.software import software_section
+from bufferstand.evaluation.report.source.fields import read_fields
+from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.source.source import ReportSource
 from bufferstand.evaluation.validation.standard_sets import shipped_sets
+from bufferstand.evaluation.validation.validation_record import validate
 from bufferstand.foundation.errors import BadInput
 from tests.evaluation_report.conftest import Made
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.report import fields
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.verdicts import name_of
+from bufferstand.evaluation.report.sections.verdicts import name_of
+from bufferstand.evaluation.report.source import fields
+from bufferstand.evaluation.report.source.reading import Given, read_source
 from bufferstand.evaluation.report.writing import write_report
-from bufferstand.foundation.canonical import file_hash
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.catalogue import run_files
+from bufferstand.foundation.files.hashes import file_hash
+from bufferstand.recording.finding.run_facts import run_files
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 from tests.evaluation_report.make_runs import Made as MadeRun
@@ -28,7 +28,7 @@ FEW = (PAPER_LIKE[0], PAPER_LIKE[3])
 IN_ANOTHER_PROCESS = """
 import sys
 from pathlib import Path
-from bufferstand.evaluation.report.verdicts import name_of
+from bufferstand.evaluation.report.sections.verdicts import name_of
 from bufferstand.evaluation.report.writing import write_report
 from tests.evaluation_report.make_runs import hand_made_document
 from tests.evaluation_report.test_writing import FEW

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from bufferstand.foundation.calibration import Branch, Calibration, Divider, TemperatureEffect
-from bufferstand.foundation.channel import Channel, Plausibility
+from bufferstand.foundation.channels.calibration import Branch, Calibration, Divider, TemperatureEffect
+from bufferstand.foundation.channels.channel import Channel, Plausibility
 
 RISING, FALLING = (0.0, 2.0), (1.0, 2.0)
 BRANCHED = Calibration(coefficients=RISING, falling=FALLING, turn_counts=10.0)

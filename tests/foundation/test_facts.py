@@ -11,11 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.foundation.canonical import canonical_json, content_hash, file_hash
-from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.specimen import load_specimen
+from bufferstand.foundation.files.hashes import canonical_json, content_hash, file_hash
+from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.foundation.units import FACTORS, INSIDE_UNIT, conversion, to_inside
 
 

@@ -11,7 +11,7 @@ import h5py
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.output import check_outputs, replaced_whole
+from bufferstand.foundation.files.output import check_outputs, replaced_whole
 
 
 def write_half(path: Path, error: Exception) -> None:

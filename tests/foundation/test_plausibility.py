@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.foundation.channel import Calibration, Channel, Plausibility
-from bufferstand.foundation.plausibility import PlausibilityWatch
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, Plausibility
+from bufferstand.foundation.channels.plausibility import PlausibilityWatch
 
 WIRE = Channel(
     name="stroke_1",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.foundation.ranks import median, quantile, sorted_quantile
+from bufferstand.foundation.numbers.quantiles import median, quantile, sorted_quantile
 
 SHARES = (0.0, 0.001, 0.02, 0.2, 0.5, 0.75, 0.9, 0.98, 0.999, 1.0)
 

@@ -10,7 +10,14 @@ import pytest
 from pydantic import Field
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import Day, Moment, Numbers, Settings, load_settings, parse_settings
+from bufferstand.foundation.settings.loading import (
+    Day,
+    Moment,
+    Numbers,
+    Settings,
+    load_settings,
+    parse_settings,
+)
 
 
 class Wheel(Settings):

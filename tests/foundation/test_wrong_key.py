@@ -9,8 +9,8 @@ import pytest
 from pydantic import Field, model_validator
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import Settings, load_settings
-from bufferstand.foundation.wrong_key import WrongKeyError
+from bufferstand.foundation.settings.loading import Settings, load_settings
+from bufferstand.foundation.settings.wrong_key import WrongKeyError
 
 
 class Wire(Settings):

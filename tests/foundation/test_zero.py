@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from bufferstand.foundation.channel import Calibration, Channel, ChannelUncertainty
-from bufferstand.foundation.zero import ChannelZero, Zero, rounded_up
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel, ChannelUncertainty
+from bufferstand.foundation.channels.zero import ChannelZero, Zero, rounded_up
 
 WIRE = Channel(
     name="stroke_1",

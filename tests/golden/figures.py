@@ -18,17 +18,17 @@ from typing import Any
 from unittest import mock
 
 from bufferstand.cli.main import bufferstand
-from bufferstand.daq.runner import run_campaign
-from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.daq.campaign.campaign_runner import run_campaign
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.build_comparison import build_comparison
-from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.fields import ReportFields
-from bufferstand.evaluation.report.reading import Given, read_source
-from bufferstand.evaluation.report.sides import side_by_side
-from bufferstand.foundation.canonical import content_hash
-from bufferstand.recording.runfile import read_metadata
+from bufferstand.evaluation.report.comparison import build_comparison
+from bufferstand.evaluation.report.content.content import Content
+from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.source.specimens import side_by_side
+from bufferstand.foundation.files.hashes import content_hash
+from bufferstand.recording.runfile.file import read_metadata
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign

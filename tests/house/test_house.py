@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.recording.runfile import read_metadata
+from bufferstand.recording.runfile.file import read_metadata
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = {".py", ".md", ".toml", ".lock", ".txt", ".html", ".typ", ".css", ".json", ".yml", ""}

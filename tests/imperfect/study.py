@@ -17,7 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from bufferstand.evaluation.api import ImportOptions, evaluate, import_record
+from bufferstand.evaluation.document.python_api import evaluate, import_record
+from bufferstand.recording.foreign.import_options import ImportOptions
 
 from . import world
 from .judge import judge

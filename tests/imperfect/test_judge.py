@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.api import ImportOptions, evaluate, import_record
+from bufferstand.evaluation.document.python_api import evaluate, import_record
+from bufferstand.recording.foreign.import_options import ImportOptions
 
 from . import world
 from .applied import Applied

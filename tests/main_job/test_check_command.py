@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.transcript import read_transcript
+from bufferstand.drivers.transcripts.transcript import read_transcript
 from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.verification import verify
 from tests.main_job.conftest import Demo, bufferstand
 
 

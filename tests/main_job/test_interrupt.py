@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.verification import verify
 
 
 def start_demo(folder: Path) -> subprocess.Popen[str]:

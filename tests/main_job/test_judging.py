@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from bufferstand.cli.commands import evaluate, report
+from bufferstand.cli.commands.recordings import evaluate, report
 from bufferstand.evaluation.requirements.limit_set import SHIPPED, load_limit_set
 from bufferstand.foundation.errors import BadInput
 

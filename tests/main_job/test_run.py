@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.main_job.conftest import bufferstand
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"

@@ -18,7 +18,7 @@ import pytest
 import serial
 
 from bufferstand.cli.arming import user_name
-from bufferstand.daq.kept_zero import stored_path, stored_zero
+from bufferstand.daq.zero.file import stored_path, stored_zero
 from tests.clean_stand import clean_stand_text
 from tests.main_job.conftest import bufferstand
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.model_export import command
+from bufferstand.cli.commands.model.export import command
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.export.build import ARITHMETIC, WARNINGS
 from bufferstand.model.export.c_source import export_c

@@ -14,10 +14,10 @@ from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
 
+from bufferstand.daq.campaign.campaign_runner import CampaignOutcome
 from bufferstand.daq.monitor.access import Tokens
 from bufferstand.daq.monitor.process import Address, WebProcess, web_process
-from bufferstand.daq.runner import CampaignOutcome
-from bufferstand.foundation.specimen import Specimen
+from bufferstand.foundation.specimen.file import Specimen
 from tests.daq.cases import Lines
 from tests.daq.test_runner import Case
 
@@ -88,7 +88,7 @@ def running(folder: Path, steps: str = STEPS, **options: Any) -> Iterator[Runnin
         until((case.out / "campaign.json").exists)
         yield going
     finally:
-        from bufferstand.daq.signals import StopLevel
+        from bufferstand.daq.operator.stop_request import StopLevel
 
         case.request.ask(StopLevel.NOW, "the test is over")
         going.end()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from bufferstand.daq.acquisition import Acquisition
-from bufferstand.daq.controller_guard import ControllerGuard
-from bufferstand.daq.panel import GuardPanel, GuardSet
+from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.guards.kinds.controller import ControllerGuard
+from bufferstand.daq.guards.panel import GuardPanel, GuardSet
 from tests.daq.fake_stand import FakeClock, fake_stand
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.monitor.browser import chromium
 from tests.monitor.served import TOKENS, Page, Running, running, served, until
 

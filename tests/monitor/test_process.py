@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosedOK
 from bufferstand.daq.monitor.access import new_tokens
 from bufferstand.daq.monitor.process import Address, bind, demand_libraries, links, parse_address
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import HARMONIC
 from tests.daq.test_runner import Case
 from tests.monitor.served import TOKENS, hear, running, served, until

@@ -13,8 +13,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from bufferstand.daq.monitor.app import MOST_PAGES
-from bufferstand.daq.notes import read_notes
-from bufferstand.recording.runfile import open_run
+from bufferstand.daq.operator.notes import read_notes
+from bufferstand.recording.runfile.file import open_run
 from tests.monitor.served import HACK, TOKENS, Page, Running, hear, running, served, until
 
 

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.daq.monitor.publisher import LISTENERS, LIVE_NAME, Publisher, publishing
-from bufferstand.daq.monitor.rows import MOST_ROWS, RowBuffer
+from bufferstand.daq.monitor.sample_rows import MOST_ROWS, RowBuffer
 from bufferstand.daq.scaling import ScaledBlock
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.test_runner import Case

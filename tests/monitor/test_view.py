@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from bufferstand.daq.monitor.app import CONTENT_TYPES, static_files
-from bufferstand.daq.monitor.tail import JournalTail, newest_journal
+from bufferstand.daq.monitor.journal_tail import JournalTail, newest_journal
 from bufferstand.daq.monitor.view import KEPT_PACKETS, Cursor, View
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.test_runner import Case
 

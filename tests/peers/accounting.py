@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 from tests.peers.controllers import CHANNELS
 
 

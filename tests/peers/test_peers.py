@@ -1,9 +1,8 @@
 """Controllers by others: check, a campaign, a kill under load and resume; no sample vanishes in silence.
 
-The C one (libmodbus) and the one in Go were written from docs/drivers.md and drivers/profiles/ring.toml by
-somebody who had not read the driver; each keeps its own truth, with which every recorded sample is compared
-count by count.
-"""
+The C one (libmodbus) and the one in Go were written from docs/drivers.md and
+drivers/register_maps/profiles/ring.toml by somebody who had not read the driver; each keeps its own truth,
+with which every recorded sample is compared count by count."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bufferstand.drivers.connect import build_controller
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.motions import RampTo, Release, StandStill
 from tests.peers.controllers import Case, controller

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.foundation.specimen import Specimen
-from bufferstand.protocols.campaign import Campaign, load_campaign
+from bufferstand.foundation.specimen.file import Specimen
+from bufferstand.protocols.campaign_file.schema import Campaign, load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import Plan, make_plan
+from bufferstand.protocols.planning.plan import Plan, make_plan
 from tests.protocols.spring import ClosedFormSpring
 
 HEAD = '[campaign]\nid = "test"\nstand = "stand.toml"\nspecimen = "specimens/a.toml"\n'

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from bufferstand.protocols.commanded import Sine, stroke_sine
-from bufferstand.protocols.prediction import (
+from bufferstand.protocols.prediction.machine_stroke import Sine, stroke_sine
+from bufferstand.protocols.prediction.predictor import (
     Floats,
     HarmonicCycle,
     Predictor,

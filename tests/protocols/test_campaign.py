@@ -10,32 +10,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import Settings
-from bufferstand.protocols.campaign import (
+from bufferstand.foundation.settings.loading import Settings
+from bufferstand.protocols.campaign_file.schema import (
     CampaignFacts,
-    CoolDownStep,
-    HarmonicStep,
-    HoldStep,
     MotionSettings,
     PlanConditions,
     PlanSettings,
-    StaticStep,
-    SweepStep,
     load_campaign,
 )
-from bufferstand.protocols.kinds import (
+from bufferstand.protocols.campaign_file.step_kinds.common import UntilSteady
+from bufferstand.protocols.campaign_file.step_kinds.cyclic import (
     ConditioningStep,
-    ForceCyclesStep,
+    HarmonicStep,
     InnerLoopsStep,
-    MotionStep,
-    RepeatStep,
-    StepTemperatureSettings,
-    UntilSteady,
-    WarmUpStep,
+    StaticStep,
+    SweepStep,
 )
-from bufferstand.protocols.kinds.strokes import StrokeSettings
+from bufferstand.protocols.campaign_file.step_kinds.force_cycles import ForceCyclesStep
+from bufferstand.protocols.campaign_file.step_kinds.free_motion import MotionStep
+from bufferstand.protocols.campaign_file.step_kinds.holds_and_waits import CoolDownStep, HoldStep
+from bufferstand.protocols.campaign_file.step_kinds.repeated import RepeatStep
+from bufferstand.protocols.campaign_file.step_kinds.strokes import StrokeSettings
+from bufferstand.protocols.campaign_file.step_kinds.temperatures import StepTemperatureSettings
+from bufferstand.protocols.campaign_file.step_kinds.warm_up import WarmUpStep
+from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
 from bufferstand.protocols.limits import TestLimits
-from bufferstand.protocols.stroke_table import StrokeTable
 from tests.protocols.conftest import HEAD, Load, harmonic
 
 

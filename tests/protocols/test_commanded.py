@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bufferstand.model.file import load_model
-from bufferstand.protocols.commanded import (
+from bufferstand.protocols.prediction.machine_stroke import (
     Sine,
     piston_mm,
     piston_sine,
@@ -19,8 +19,8 @@ from bufferstand.protocols.commanded import (
     stroke_sine,
     strokes_behind,
 )
-from bufferstand.protocols.first_cycle import first_cycle
-from bufferstand.protocols.prediction import ModelPredictor
+from bufferstand.protocols.prediction.predictor import ModelPredictor
+from bufferstand.protocols.prediction.sine_start import first_cycle
 
 MODEL = Path(__file__).parents[2] / "sample_runs/models/category-a-elastomer.toml"
 

@@ -11,14 +11,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.foundation.catalogue import Catalogue
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.specimen import load_specimen
+from bufferstand.foundation.specimen.file import load_specimen
+from bufferstand.foundation.specimen.maker_data import Catalogue
 from bufferstand.model.file import load_model
 from bufferstand.model.simulation import simulate
-from bufferstand.protocols.curve_predictor import CurvePredictor, UnknownSpecimenPredictor, curve_of_stroke
-from bufferstand.protocols.plan import Plan, make_plan
-from bufferstand.protocols.prediction import Temperatures
+from bufferstand.protocols.planning.plan import Plan, make_plan
+from bufferstand.protocols.prediction.curve_predictor import (
+    CurvePredictor,
+    UnknownSpecimenPredictor,
+    curve_of_stroke,
+)
+from bufferstand.protocols.prediction.predictor import Temperatures
 from tests.protocols.conftest import SPECIMEN, STAND, Load, harmonic
 
 MODEL = Path(__file__).parents[2] / "sample_runs/models/category-a-elastomer.toml"

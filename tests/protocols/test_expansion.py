@@ -8,19 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.protocols.campaign import HarmonicStep, MotionSettings, SweepStep
-from bufferstand.protocols.expansion import expand, expand_sweep, motions_of
+from bufferstand.foundation.motions import Harmonic, RampTo, Release, StaticCycles
+from bufferstand.protocols.campaign_file.schema import MotionSettings
+from bufferstand.protocols.campaign_file.step_kinds.cyclic import HarmonicStep, SweepStep
 from bufferstand.protocols.limits import TestLimits, envelope
-from bufferstand.protocols.steps import (
-    Harmonic,
-    Hold,
-    RampTo,
-    Release,
-    StaticCycles,
-    WaitUntilCool,
-    motion_dict,
-    motions_after,
-)
+from bufferstand.protocols.planning.expansion import expand, expand_sweep, motions_of
+from bufferstand.protocols.steps.motions import Hold, WaitUntilCool, motion_dict, motions_after
 from tests.protocols.conftest import SPECIMEN, STAND, Load, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

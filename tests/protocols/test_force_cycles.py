@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.motions import Release
 from bufferstand.model.file import load_model
-from bufferstand.protocols.force_turns import force_turns
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.prediction import ModelPredictor
-from bufferstand.protocols.steps import ForceCycles, Hold, Release, motions_after
-from bufferstand.protocols.stroke_history import stroke_over_time
+from bufferstand.protocols.planning.stroke_history import stroke_over_time
+from bufferstand.protocols.prediction.force_turning_points import force_turns
+from bufferstand.protocols.prediction.predictor import ModelPredictor
+from bufferstand.protocols.steps.motions import ForceCycles, Hold, motions_after
 from tests.daq.cases import SAMPLES
 from tests.protocols.conftest import MakePlan
 from tests.protocols.spring import ClosedFormSpring

@@ -7,22 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.admissible import StepJudge
-from bufferstand.protocols.campaign import MotionSettings
-from bufferstand.protocols.expansion import motions_of
-from bufferstand.protocols.kinds import InnerLoopsStep, MotionStep
+from bufferstand.foundation.motions import Harmonic, RampTo, Release, StaticCycles
+from bufferstand.protocols.campaign_file.schema import MotionSettings
+from bufferstand.protocols.campaign_file.step_kinds.cyclic import InnerLoopsStep
+from bufferstand.protocols.campaign_file.step_kinds.free_motion import MotionStep
 from bufferstand.protocols.limits import TestLimits, envelope
-from bufferstand.protocols.steps import (
-    Harmonic,
-    Hold,
-    PlannedStep,
-    RampTo,
-    RampToForce,
-    Release,
-    StaticCycles,
-    Steadiness,
-    motions_after,
-)
+from bufferstand.protocols.planning.expansion import motions_of
+from bufferstand.protocols.planning.limit_checks.check import StepJudge
+from bufferstand.protocols.steps.conditions import Steadiness
+from bufferstand.protocols.steps.motions import Hold, RampToForce, motions_after
+from bufferstand.protocols.steps.planned import PlannedStep
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.learning import (
+from bufferstand.protocols.planning.plan import make_plan
+from bufferstand.protocols.prediction.learning import (
     HeatScale,
     LearnedPredictor,
     Observation,
@@ -18,8 +19,7 @@ from bufferstand.protocols.learning import (
     expected_end_C,
     learn_heating,
 )
-from bufferstand.protocols.plan import make_plan
-from bufferstand.protocols.prediction import Temperatures
+from bufferstand.protocols.prediction.predictor import Temperatures
 from tests.protocols.conftest import SPECIMEN, STAND, Load, harmonic
 from tests.protocols.spring import ClosedFormSpring
 from tests.protocols.test_plan import LaggingSpring

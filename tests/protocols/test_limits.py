@@ -9,10 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.specimen import Specimen
-from bufferstand.protocols.admissible import BELOW_ZERO, StepJudge
-from bufferstand.protocols.campaign import HarmonicStep, HoldStep, StaticStep
+from bufferstand.foundation.specimen.file import Specimen
+from bufferstand.protocols.campaign_file.step_kinds.cyclic import HarmonicStep, StaticStep
+from bufferstand.protocols.campaign_file.step_kinds.holds_and_waits import HoldStep
 from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
+from bufferstand.protocols.planning.limit_checks.broken_limit import BELOW_ZERO
+from bufferstand.protocols.planning.limit_checks.check import StepJudge
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

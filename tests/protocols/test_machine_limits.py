@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.force_speed import ForceSpeed
-from bufferstand.protocols.commanded import Sine
-from bufferstand.protocols.first_cycle import first_cycle, peak_force
+from bufferstand.foundation.motions import Harmonic
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import HEADER, Plan
-from bufferstand.protocols.steps import Harmonic
+from bufferstand.protocols.planning.plan import HEADER, Plan
+from bufferstand.protocols.prediction.machine_stroke import Sine
+from bufferstand.protocols.prediction.sine_start import first_cycle, peak_force
 from tests.protocols.conftest import STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

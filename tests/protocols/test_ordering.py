@@ -10,13 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.coarse import CoarsePredictor
+from bufferstand.foundation.motions import Harmonic, RampTo, Release
 from bufferstand.protocols.limits import TestLimits, envelope
-from bufferstand.protocols.ordering import Job, OrderSearch, soonest
-from bufferstand.protocols.plan import Plan
-from bufferstand.protocols.prediction import Temperatures
-from bufferstand.protocols.steps import Harmonic, Motion, PlannedStep, RampTo, Release, WaitUntilCool
-from bufferstand.protocols.thermal import Surroundings
+from bufferstand.protocols.planning.heating import Surroundings
+from bufferstand.protocols.planning.ordering import Job, OrderSearch, soonest
+from bufferstand.protocols.planning.plan import Plan
+from bufferstand.protocols.prediction.coarse import CoarsePredictor
+from bufferstand.protocols.prediction.predictor import Temperatures
+from bufferstand.protocols.steps.motions import Motion, WaitUntilCool
+from bufferstand.protocols.steps.planned import PlannedStep
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 from tests.protocols.test_samples import plan_of

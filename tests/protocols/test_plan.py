@@ -13,15 +13,19 @@ from hypothesis import strategies as st
 
 from bufferstand.foundation.durations import duration_text
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.motions import Harmonic
 from bufferstand.model.spring import HeatBalance
-from bufferstand.protocols import thermal
-from bufferstand.protocols.campaign import HarmonicStep, MotionSettings
-from bufferstand.protocols.expansion import motions_of
+from bufferstand.protocols.campaign_file.schema import MotionSettings
+from bufferstand.protocols.campaign_file.step_kinds.cyclic import HarmonicStep
 from bufferstand.protocols.limits import StandLimits, TestLimits, envelope
-from bufferstand.protocols.plan import HEADER, DataRate
-from bufferstand.protocols.prediction import StaticCycle, Temperatures, sensor_after
-from bufferstand.protocols.steps import Harmonic, Hold, PlannedStep
-from bufferstand.protocols.thermal import FADE_SHARE, Surroundings, Walk, Walker, cooling_time_s
+from bufferstand.protocols.planning import heating as thermal
+from bufferstand.protocols.planning.estimate import DataRate
+from bufferstand.protocols.planning.expansion import motions_of
+from bufferstand.protocols.planning.heating import FADE_SHARE, Surroundings, Walk, Walker, cooling_time_s
+from bufferstand.protocols.planning.plan import HEADER
+from bufferstand.protocols.prediction.predictor import StaticCycle, Temperatures, sensor_after
+from bufferstand.protocols.steps.motions import Hold
+from bufferstand.protocols.steps.planned import PlannedStep
 from tests.protocols.conftest import SPECIMEN, STAND, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from bufferstand.model.prediction import heat_step
 from bufferstand.model.spring import HeatBalance
-from bufferstand.protocols.prediction import Temperatures, sensor_after
+from bufferstand.protocols.prediction.predictor import Temperatures, sensor_after
 
 
 def solved(

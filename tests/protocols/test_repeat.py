@@ -7,8 +7,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.protocols.expansion import expand
-from bufferstand.protocols.kinds import HarmonicStep, RepeatStep
+from bufferstand.protocols.campaign_file.step_kinds.cyclic import HarmonicStep
+from bufferstand.protocols.campaign_file.step_kinds.repeated import RepeatStep
+from bufferstand.protocols.planning.expansion import expand
 from tests.protocols.conftest import Load, MakePlan, harmonic
 
 REPEAT = '[[step]]\nkind = "repeat"\ntimes = {times}\n{more}\n'

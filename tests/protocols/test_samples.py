@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bufferstand.foundation.specimen import load_specimen
+from bufferstand.foundation.motions import Harmonic, StaticCycles
+from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.model.simulation import simulate
-from bufferstand.protocols.campaign import load_campaign
-from bufferstand.protocols.first_cycle import peak_force
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from bufferstand.protocols.limits import StandLimits
-from bufferstand.protocols.plan import Plan, make_plan
-from bufferstand.protocols.prediction import ModelPredictor
-from bufferstand.protocols.steps import Harmonic, PlannedStep, StaticCycles
+from bufferstand.protocols.planning.plan import Plan, make_plan
+from bufferstand.protocols.prediction.predictor import ModelPredictor
+from bufferstand.protocols.prediction.sine_start import peak_force
+from bufferstand.protocols.steps.planned import PlannedStep
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 CAMPAIGNS = ("demo.toml", "paper.toml", "fig9.toml", "en15551.toml")

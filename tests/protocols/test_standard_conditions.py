@@ -7,11 +7,11 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from bufferstand.foundation.specimen import Specimen
-from bufferstand.protocols.plan import Plan
-from bufferstand.protocols.standard_conditions import missed_conditions
-from bufferstand.protocols.steps import Harmonic
-from bufferstand.protocols.stroke_history import POINTS_PER_CYCLE, stroke_over_time
+from bufferstand.foundation.motions import Harmonic
+from bufferstand.foundation.specimen.file import Specimen
+from bufferstand.protocols.planning.plan import Plan
+from bufferstand.protocols.planning.standard_conditions import missed_conditions
+from bufferstand.protocols.planning.stroke_history import POINTS_PER_CYCLE, stroke_over_time
 from tests.protocols.conftest import SPECIMEN, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.protocols.limits import TestLimits, envelope
-from bufferstand.protocols.prediction import Temperatures
-from bufferstand.protocols.steps import StartBand
-from bufferstand.protocols.stroke_history import stroke_over_time
-from bufferstand.protocols.thermal import Surroundings, Walker
+from bufferstand.protocols.planning.heating import Surroundings, Walker
+from bufferstand.protocols.planning.stroke_history import stroke_over_time
+from bufferstand.protocols.prediction.predictor import Temperatures
+from bufferstand.protocols.steps.conditions import StartBand
 from tests.protocols.conftest import SPECIMEN, STAND, Load, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring
 

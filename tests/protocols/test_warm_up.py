@@ -9,12 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.motions import Harmonic, StaticCycles
 from bufferstand.model.file import load_model
-from bufferstand.protocols.curve_predictor import CurvePredictor
-from bufferstand.protocols.plan import HEADER, make_plan
-from bufferstand.protocols.prediction import ModelPredictor
-from bufferstand.protocols.steps import Harmonic, Hold, StaticCycles, Warmth
-from bufferstand.protocols.stroke_history import stroke_over_time
+from bufferstand.protocols.planning.plan import HEADER, make_plan
+from bufferstand.protocols.planning.stroke_history import stroke_over_time
+from bufferstand.protocols.prediction.curve_predictor import CurvePredictor
+from bufferstand.protocols.prediction.predictor import ModelPredictor
+from bufferstand.protocols.steps.conditions import Warmth
+from bufferstand.protocols.steps.motions import Hold
 from tests.daq.cases import SAMPLES
 from tests.protocols.conftest import SPECIMEN, STAND, Load, MakePlan, harmonic
 from tests.protocols.spring import ClosedFormSpring

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bufferstand.evaluation.document import evaluate_file
-from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.document.build import evaluate_file
+from bufferstand.evaluation.facts.cycle import Cycle
 from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
 from tests.public_records.independent import area_between
 from tests.public_records.sources import Record
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bufferstand.recording.journal import DataRecord, EndRecord
-from bufferstand.recording.seal import seal
-from bufferstand.recording.segments import SegmentedJournal
-from bufferstand.recording.verify import verify
+from bufferstand.recording.journal.records import DataRecord, EndRecord
+from bufferstand.recording.journal.segments import SegmentedJournal
+from bufferstand.recording.sealing.seal_journal import seal
+from bufferstand.recording.sealing.verification import verify
 from tests.recording import samples
 from tests.recording.peak_memory import peak_MB
 

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.recorder import RunRecorder
 from tests.recording import samples
 
 ROWS = 20

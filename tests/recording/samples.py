@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.recording.content import Anchor, Event, Segment, StreamContent
-from bufferstand.recording.journal import JournalEnd, Record
-from bufferstand.recording.segments import ChainReader
+from bufferstand.recording.journal.records import JournalEnd, Record
+from bufferstand.recording.journal.segments import ChainReader
 
 FORCE_KN_PER_COUNT = 2.0**-20 * 100.0
 STROKE_MM_PER_COUNT = 500.0 / 65536.0

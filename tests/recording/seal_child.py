@@ -10,7 +10,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from bufferstand.recording.seal import seal
+from bufferstand.recording.sealing.seal_journal import seal
 
 CALLS = {os.open, os.fsync, os.pwrite, os.fchmod, os.ftruncate, os.posix_fallocate, os.replace, os.unlink}
 

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.verify import command as verify_command
+from bufferstand.cli.commands.recordings.verify import command as verify_command
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import MAIN_STREAM, Anchor, Event
-from bufferstand.recording.journal import DataRecord
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.seal import DAMAGED_SUFFIX, seal
-from bufferstand.recording.segments import SegmentedJournal, later_segments
-from bufferstand.recording.verify import verify, verify_journal
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.journal.records import DataRecord
+from bufferstand.recording.journal.segments import SegmentedJournal, later_segments
+from bufferstand.recording.recorder import RunRecorder
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.seal_journal import DAMAGED_SUFFIX, seal
+from bufferstand.recording.sealing.verification import verify, verify_journal
 
 from . import samples
 

@@ -11,8 +11,9 @@ import h5py
 import numpy as np
 import pytest
 
-from bufferstand.recording.runfile import FORMAT, FORMAT_VERSION, open_run, write_run
-from bufferstand.recording.writer import PROMISED_S, QUEUE_BLOCKS
+from bufferstand.recording.recorder import PROMISED_S, QUEUE_BLOCKS
+from bufferstand.recording.runfile.file import open_run, write_run
+from bufferstand.recording.runfile.metadata import FORMAT, FORMAT_VERSION
 
 from . import samples
 

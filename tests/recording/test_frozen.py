@@ -16,11 +16,11 @@ import h5py
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.recording.metadata import FORMAT_VERSION
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.metadata import FORMAT_VERSION
+from bufferstand.recording.sealing.verification import verify
 
 FROZEN = Path(__file__).parent / "frozen"
 FILES = sorted(FROZEN.rglob("*.h5"))

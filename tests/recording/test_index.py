@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording import cachefile, index
-from bufferstand.recording.catalogue import list_runs
-from bufferstand.recording.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
-from bufferstand.recording.query import parse_query
-from bufferstand.recording.runfile import write_run
+from bufferstand.recording.finding import cache_file as cachefile
+from bufferstand.recording.finding import index
+from bufferstand.recording.finding.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
+from bufferstand.recording.finding.query import parse_query
+from bufferstand.recording.finding.run_facts import list_runs
+from bufferstand.recording.runfile.file import write_run
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
 
 from . import samples

@@ -15,7 +15,7 @@ from hypothesis.extra.numpy import arrays
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import Anchor, Event
-from bufferstand.recording.journal import (
+from bufferstand.recording.journal.records import (
     FRAME,
     DataRecord,
     EndRecord,

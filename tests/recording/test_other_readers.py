@@ -12,9 +12,9 @@ import h5py
 import numpy as np
 import pytest
 
-from bufferstand.recording.layout import USER_BLOCK_BYTES
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run, write_run
+from bufferstand.recording.runfile.file import open_run, write_run
+from bufferstand.recording.runfile.layout import USER_BLOCK_BYTES
+from bufferstand.recording.runfile.run import Run
 
 from . import samples
 

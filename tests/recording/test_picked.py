@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.run import Run
 
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_runs/runs/005-harmonic-20mm-20mm-1.27Hz.h5"
 

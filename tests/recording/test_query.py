@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.query import QueryField, parse_query
+from bufferstand.recording.finding.query import QueryField, parse_query
 
 FIELDS = {
     "kind": QueryField("kind", "text"),

@@ -13,12 +13,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.foundation.canonical import canonical_json, content_hash
-from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.foundation.channels.calibration import Calibration
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.clockmap import ClockMap
+from bufferstand.foundation.files.hashes import canonical_json, content_hash
 from bufferstand.recording.content import Segment, StreamContent, add_segment, gaps_of
-from bufferstand.recording.runfile import open_run, read_metadata, write_run
+from bufferstand.recording.runfile.clock_map import ClockMap
+from bufferstand.recording.runfile.file import open_run, read_metadata, write_run
 
 from . import samples
 

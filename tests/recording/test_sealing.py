@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.recording.durable import Pwrite
-from bufferstand.recording.layout import DatasetColumn, TreeWriter, user_block
-from bufferstand.recording.outline import outline, values_of
-from bufferstand.recording.runfile import fitting_heads, open_run
-from bufferstand.recording.seal import seal
-from bufferstand.recording.tree_file import TreeFile
-from bufferstand.recording.verify import verify
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.recorder import RunRecorder
+from bufferstand.recording.runfile.file import fitting_heads, open_run
+from bufferstand.recording.runfile.hdf5_file import TreeFile
+from bufferstand.recording.runfile.layout import DatasetColumn, TreeWriter, user_block
+from bufferstand.recording.sealing.journal_outline import outline, values_of
+from bufferstand.recording.sealing.seal_journal import seal
+from bufferstand.recording.sealing.verification import verify
+from bufferstand.recording.whole_files import Pwrite
 
 from . import samples
 from .test_writer import ROOT, check_rows, record

@@ -9,12 +9,17 @@ from pathlib import Path
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.journal import DataRecord, EndRecord, JournalEnd, Record
-from bufferstand.recording.journal_file import JournalFile
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.seal import DAMAGED_SUFFIX, seal, seal_orphans
-from bufferstand.recording.segments import ChainReader, SegmentedJournal, later_segments, segment_path
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.journal.file import JournalFile
+from bufferstand.recording.journal.records import DataRecord, EndRecord, JournalEnd, Record
+from bufferstand.recording.journal.segments import (
+    ChainReader,
+    SegmentedJournal,
+    later_segments,
+    segment_path,
+)
+from bufferstand.recording.recorder import RunRecorder
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.seal_journal import DAMAGED_SUFFIX, seal, seal_orphans
 
 from . import samples
 from .test_writer import check_rows, record

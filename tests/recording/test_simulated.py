@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from bufferstand.recording.catalogue import facts_of
-from bufferstand.recording.runfile import read_metadata
-from bufferstand.recording.simulated import simulated_of
+from bufferstand.recording.finding.run_facts import facts_of
+from bufferstand.recording.runfile.file import read_metadata
+from bufferstand.recording.runfile.simulated_origin import simulated_of
 from tests.daq.cases import SAMPLES
 
 ARMED = {"by": "tester", "how": "typed"}

@@ -10,11 +10,11 @@ import h5py
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording import apart
-from bufferstand.recording.catalogue import list_runs
 from bufferstand.recording.content import Segment, StreamContent
-from bufferstand.recording.runfile import open_run, write_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.finding.run_facts import list_runs
+from bufferstand.recording.runfile import checks_in_subprocess as apart
+from bufferstand.recording.runfile.file import open_run, write_run
+from bufferstand.recording.sealing.verification import verify
 
 from . import samples
 
@@ -132,7 +132,7 @@ def test_a_file_whose_reading_crashes_is_refused(tmp_path: Path, monkeypatch: py
     path = written(tmp_path / "run-1.h5")
     samples.flipped(path, 8 * path.stat().st_size - 1)
     site = tmp_path / "sitecustomize.py"
-    only_there = "import os, sys\nif 'bufferstand.recording.apart' in sys.orig_argv: "
+    only_there = "import os, sys\nif 'bufferstand.recording.runfile.checks_in_subprocess' in sys.orig_argv: "
     site.write_text(f"{only_there}os.kill(os.getpid(), 11)\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(BadInput, match=r"damaged: HDF5 crashes on it \(SIGSEGV\)"):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.catalogue import list_runs, run_files, unsealed
-from bufferstand.recording.walk import files_below, is_there, matching
+from bufferstand.recording.finding.files import files_below, is_there, matching
+from bufferstand.recording.finding.run_facts import list_runs, run_files, unsealed
 from tests.recording.unprivileged import unprivileged
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs" / "runs"

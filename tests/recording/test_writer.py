@@ -17,12 +17,12 @@ import pytest
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import RecordingFault
-from bufferstand.recording.journal import DataRecord, JournalReader
-from bufferstand.recording.journal_file import JournalFile
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.seal import is_in_use, seal, seal_orphans
-from bufferstand.recording.verify import verify
-from bufferstand.recording.writer import RunRecorder
+from bufferstand.recording.journal.file import JournalFile
+from bufferstand.recording.journal.records import DataRecord, JournalReader
+from bufferstand.recording.recorder import RunRecorder
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.seal_journal import is_in_use, seal, seal_orphans
+from bufferstand.recording.sealing.verification import verify
 
 from . import samples
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from bufferstand.evaluation.validation.performing import judge_results
+from bufferstand.evaluation.validation.evaluate_sets import judge_results
 from bufferstand.evaluation.validation.standard_sets import shipped_sets
 from examples.validation.plain_scipy import results
 

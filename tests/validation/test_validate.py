@@ -12,10 +12,10 @@ import pypdfium2
 import pytest
 from click.testing import CliRunner
 
-from bufferstand.cli.commands.validate import command
-from bufferstand.evaluation.validation.performing import evaluate_set, judge_results
-from bufferstand.evaluation.validation.proof import Validation, load_validation, validate
+from bufferstand.cli.commands.recordings.validate import command
+from bufferstand.evaluation.validation.evaluate_sets import evaluate_set, judge_results
 from bufferstand.evaluation.validation.standard_sets import shipped_sets
+from bufferstand.evaluation.validation.validation_record import Validation, load_validation, validate
 from bufferstand.foundation.errors import BadInput
 
 SETS = {one.id: one for one in shipped_sets()}

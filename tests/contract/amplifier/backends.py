@@ -9,16 +9,16 @@ from typing import Protocol
 
 import numpy as np
 
-from bufferstand.drivers.aed import AedAmplifier
-from bufferstand.drivers.amplifier_map import load_amplifier_map
-from bufferstand.drivers.build_sensors import build_amplifier
-from bufferstand.drivers.gsv2 import Gsv2Amplifier
+from bufferstand.drivers.amplifiers.aed.amplifier import AedAmplifier
+from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
+from bufferstand.drivers.connect_sensors import build_amplifier
 from bufferstand.drivers.interfaces import Sensor
-from bufferstand.drivers.simulated.amplifier_devices import AedDevice, Gsv2Device
-from bufferstand.drivers.simulated.amplifier_form import FULL_SCALE
-from bufferstand.drivers.simulated.device import AmplifierValues
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.register_maps.amplifier_map import load_amplifier_map
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.machine.amplifier_numbers import FULL_SCALE
+from bufferstand.drivers.simulated.machine.device import AmplifierValues
+from bufferstand.drivers.simulated.wires.amplifiers import AedDevice, Gsv2Device
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
 from tests.drivers.conftest import SAMPLE_STAND

@@ -15,9 +15,9 @@ from typing import Any, TextIO
 import pytest
 
 from bufferstand.cli.arming import Movement, check_given
-from bufferstand.cli.movement import stand_text
+from bufferstand.cli.campaign.movement import stand_text
 from bufferstand.drivers.interfaces import Controller
-from bufferstand.drivers.stand_file import StandFile, StandFileLimits
+from bufferstand.drivers.stand_file.schema import StandFile, StandFileLimits
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.motions import ControllerMotion
 

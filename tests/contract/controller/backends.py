@@ -13,10 +13,10 @@ import numpy as np
 
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, MotionState, SampleBlock
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import Clock, WallClock
 from bufferstand.foundation.motions import Release
 from tests.clean_stand import clean_stand_text

@@ -11,8 +11,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.clock import Clock
 from tests.contract.controller import backends
 

@@ -11,14 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.interfaces import (
-    CommandRejected,
-    Controller,
-    DeviceFault,
-    EndReason,
-    MotionState,
-    NotInCharge,
-)
+from bufferstand.drivers.interfaces import Controller, EndReason, MotionState
+from bufferstand.foundation.errors import CommandRejected, DeviceFault, NotInCharge
 from bufferstand.foundation.motions import Harmonic, RampTo, Release, StandStill, StaticCycles
 from tests.contract.controller import backends
 from tests.contract.controller.backends import Bench

@@ -7,13 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from bufferstand.drivers.build_sensors import build_sensors
 from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import Controller, Sensor
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import Clock, WallClock
 from tests.clean_stand import clean_stand_text
 

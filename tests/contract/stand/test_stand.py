@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.check import check_devices
-from bufferstand.drivers.check_verdict import Verdict
+from bufferstand.drivers.check.devices import check_devices
+from bufferstand.drivers.check.verdict import Verdict
 from bufferstand.drivers.interfaces import MotionState, SampleBlock, SensorFault, Stand
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
 from tests.contract.stand import backends
 from tests.contract.stand.backends import BACKENDS, Bench
 

@@ -12,21 +12,22 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.cli.simulation import STARVED_S
-from bufferstand.daq.driving import Halt
-from bufferstand.daq.manual import ManualLimits, ManualStand, by_hand
-from bufferstand.daq.signals import StopRequest
-from bufferstand.daq.zero_limits import ZeroLimits
-from bufferstand.daq.zeroing import Zeroing
-from bufferstand.drivers.connect import build_controller, build_sensors
+from bufferstand.cli.campaign.simulation import STARVED_S
+from bufferstand.daq.motions.motion_runner import Halt
+from bufferstand.daq.operator.stop_request import StopRequest
+from bufferstand.daq.stand.manual import ManualLimits, ManualStand, by_hand
+from bufferstand.daq.zero.limits import ZeroLimits
+from bufferstand.daq.zero.zeroing import Zeroing
+from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import MotionState, Stand
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.simulated.stand_clock import StandClock
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.clock import StandClock
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import Clock
-from bufferstand.protocols.zero_table import ZeroTable
+from bufferstand.protocols.campaign_file.zero_table import ZeroTable
 from tests.contract.stand.backends import STANDS, write_stand
 
 WIRES_MM = (1.5, 1.2)

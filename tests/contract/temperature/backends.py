@@ -7,16 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
-from bufferstand.drivers.ds2480b import rom_bytes
-from bufferstand.drivers.ds2480b_bus import Ds2480bBus
 from bufferstand.drivers.interfaces import Sensor
-from bufferstand.drivers.simulated.ds2480b_device import Ds2480bDevice, Ds2480bPty
-from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.onewire import OneWireBus, OneWireSensor
-from bufferstand.drivers.stand_file import OneWireSettings
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.drivers.w1_folder import TRIGGER, W1Bus
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.wires.ds2480b import Ds2480bDevice, Ds2480bPty
+from bufferstand.drivers.simulated.wires.onewire import OneWireBus, OneWireSensor
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import OneWireSettings
+from bufferstand.drivers.thermometers.ds2480b import rom_bytes
+from bufferstand.drivers.thermometers.ds2480b_bus import Ds2480bBus
+from bufferstand.drivers.thermometers.w1_folder import TRIGGER, W1Bus
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump

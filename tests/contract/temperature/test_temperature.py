@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault
+from bufferstand.drivers.thermometers.ds18b20 import FAULT_TEXTS, ReadingFault
 from tests.contract.temperature.backends import BACKENDS, PLACES, Backend
 from tests.drivers.amplifiers import PATIENCE_S, Collector
 

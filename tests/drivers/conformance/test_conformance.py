@@ -10,15 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.interfaces import CommandRejected, DeviceFault, MotionState, SampleBlock
-from bufferstand.drivers.modbus_link import ModbusLink
-from bufferstand.drivers.modbus_wires import RtuWire, TcpWire, Wire
-from bufferstand.drivers.polling_controller import PollingController
-from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.ring_controller import RingController
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.controllers.polling_controller import PollingController
+from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.interfaces import MotionState, SampleBlock
+from bufferstand.drivers.modbus.link import ModbusLink
+from bufferstand.drivers.modbus.wires import RtuWire, TcpWire, Wire
+from bufferstand.drivers.register_maps.profile import Profile, load_profile
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
+from bufferstand.foundation.errors import CommandRejected, DeviceFault
 from bufferstand.foundation.motions import Harmonic, RampTo
 from tests.drivers import noisy
 from tests.drivers.conformance import peers

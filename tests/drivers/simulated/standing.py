@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.truth import TruthLog
 from bufferstand.drivers.simulated.settings import simulation_settings
-from bufferstand.drivers.simulated.truth import TruthLog
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile
 
 STAND = """
 [stand]

@@ -11,11 +11,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers import cia402
+from bufferstand.drivers.controllers import cia402
 from bufferstand.drivers.interfaces import EndReason, MotionState
-from bufferstand.drivers.simulated.commands import Command, CommandCode, ControllerFault, RejectReason
-from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.motions import HarmonicMotion, HoldMotion
+from bufferstand.drivers.simulated.machine.commands import (
+    Command,
+    CommandCode,
+    ControllerFault,
+    RejectReason,
+)
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.motions import HarmonicMotion, HoldMotion
 from tests.drivers.simulated.standing import FrictionSpring, HandClock, LinearSpring, device
 
 ON = 0x000F

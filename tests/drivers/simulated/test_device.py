@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Command, CommandCode
-from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.truth import COLUMNS, read_truth
 from bufferstand.drivers.simulated.settings import simulation_settings
-from bufferstand.drivers.simulated.truth import COLUMNS, read_truth
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import STAND, FrictionSpring, LinearSpring, device, stand_file
 

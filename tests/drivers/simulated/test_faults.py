@@ -10,21 +10,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.interfaces import DeviceFault, SampleBlock, SensorFault
-from bufferstand.drivers.simulated.faults import (
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault
+from bufferstand.drivers.simulated.faults.control import ask
+from bufferstand.drivers.simulated.faults.file import load_faults
+from bufferstand.drivers.simulated.faults.frames import FrameFaults
+from bufferstand.drivers.simulated.faults.schedule import (
     FAULTS,
     FRAME_KINDS,
     FaultSchedule,
     ScheduledFault,
     parse_fault,
 )
-from bufferstand.drivers.simulated.faults_control import ask
-from bufferstand.drivers.simulated.faults_file import load_faults
-from bufferstand.drivers.simulated.faults_wire import FrameFaults
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.process import start_process
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.foundation.errors import BadInput
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.foundation.errors import BadInput, DeviceFault
 from tests.drivers.conftest import SAMPLE_STAND
 
 FILE = """

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Command, CommandCode
-from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
 from bufferstand.drivers.simulated.settings import SimulationSettings, simulation_settings
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.errors import BadInput
 from tests.clean_stand import IMPERFECTIONS, SAMPLE_STAND, clean_stand_text
 from tests.drivers.simulated.standing import STAND, FrictionSpring, device, stand_file

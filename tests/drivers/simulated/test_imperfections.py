@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.commands import Command, CommandCode
 from bufferstand.drivers.simulated.imperfections.drift import TransducerDrift
 from bufferstand.drivers.simulated.imperfections.latency import LEAST_WAIT_S, DelayedConnection, Latency
-from bufferstand.drivers.simulated.imperfections.missed import NEVER, MissedCycles
-from bufferstand.drivers.simulated.inprocess import open_in_process
+from bufferstand.drivers.simulated.imperfections.missed_cycles import NEVER, MissedCycles
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
 from bufferstand.foundation.motions import RampTo
 from tests.drivers.simulated.standing import STAND, FrictionSpring, LinearSpring, device, stand_file
 

@@ -8,18 +8,17 @@ import numpy as np
 import pytest
 
 from bufferstand.drivers.interfaces import (
-    CommandRejected,
     Controller,
-    DeviceFault,
     EndReason,
     MotionState,
     SampleBlock,
     Sensor,
     SensorFault,
 )
-from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.virtual_clock import VirtualClock
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
+from bufferstand.foundation.errors import CommandRejected, DeviceFault
 from bufferstand.foundation.motions import Harmonic, RampTo, Release
 from tests.drivers.simulated.standing import STAND, FrictionSpring, stand_file
 

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from bufferstand.drivers.simulated.build import make_device
-from bufferstand.drivers.simulated.commands import Command, CommandCode
-from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.miswired.settings import (
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.miswiring.settings import (
     Miswired,
     MiswiredForce,
     MiswiredSignal,
     MiswiredStroke,
     MiswiredThermometer,
 )
-from bufferstand.drivers.simulated.miswired.signal import WrongForce, WrongSignal
+from bufferstand.drivers.simulated.miswiring.signal import WrongForce, WrongSignal
 from bufferstand.drivers.simulated.settings import simulation_settings
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import STAND, HandClock, LinearSpring, device, stand_file

@@ -16,12 +16,12 @@ import pytest
 from pymodbus.client import ModbusTcpClient
 from pyModbusTCP.client import ModbusClient
 
-from bufferstand.drivers.profile import Profile, load_profile
-from bufferstand.drivers.simulated.commands import ControllerFault, RejectReason
-from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.modbus_pdu import Responder
-from bufferstand.drivers.simulated.modbus_server import ModbusStandServer
-from bufferstand.drivers.simulated.register_bank import RegisterBank
+from bufferstand.drivers.register_maps.profile import Profile, load_profile
+from bufferstand.drivers.simulated.machine.commands import ControllerFault, RejectReason
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.modbus_requests import Responder
+from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import device
 
@@ -387,7 +387,7 @@ def test_a_request_catches_up_once_and_acts_only_if_it_writes(served: Served) ->
     assert served.acting == [False, True, False]
 
 
-LITTLE = (Path(__file__).parents[3] / "drivers/profiles/ring.toml").read_text(encoding="utf-8")
+LITTLE = (Path(__file__).parents[3] / "drivers/register_maps/profiles/ring.toml").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

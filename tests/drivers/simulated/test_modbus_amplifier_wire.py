@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.amplifier_map import SHIPPED_MAPS, load_amplifier_map
-from bufferstand.drivers.build_sensors import build_amplifier
+from bufferstand.drivers.connect_sensors import build_amplifier
 from bufferstand.drivers.interfaces import SampleBlock
-from bufferstand.drivers.simulated.faults import parse_fault
-from bufferstand.drivers.simulated.faults_control import ask
-from bufferstand.drivers.simulated.inprocess import open_in_process
-from bufferstand.drivers.simulated.modbus_amplifier import AmplifierBank
-from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
-from bufferstand.drivers.simulated.server import ServerOptions, serve
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.register_maps.amplifier_map import SHIPPED_MAPS, load_amplifier_map
+from bufferstand.drivers.simulated.faults.control import ask
+from bufferstand.drivers.simulated.faults.schedule import parse_fault
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.serving.process import SimulatedStandProcess, start_process
+from bufferstand.drivers.simulated.serving.server import ServerOptions, serve
+from bufferstand.drivers.simulated.wires.modbus_amplifier import AmplifierBank
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
 from tests.contract.stand.backends import GSV2, MODBUS_RTU, MODBUS_TCP, write_stand

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 from pymodbus.framer.rtu import FramerRTU
 
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.simulated.modbus_pdu import Responder
-from bufferstand.drivers.simulated.modbus_rtu import SILENCE_S, RtuStandServer
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.writer import HELD_S, SingleWriterLock
+from bufferstand.drivers.register_maps.profile import load_profile
+from bufferstand.drivers.simulated.machine.writer_lock import HELD_S, SingleWriterLock
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.modbus_requests import Responder
+from bufferstand.drivers.simulated.wires.modbus_rtu import SILENCE_S, RtuStandServer
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.servers import loop_thread
 from tests.drivers.simulated.standing import HandClock, device

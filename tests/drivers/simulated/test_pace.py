@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.profile import load_profile
-from bufferstand.drivers.simulated.pace import AHEAD, PATIENCE_S, READING_S, StandPace
-from bufferstand.drivers.simulated.register_bank import RegisterBank
-from bufferstand.drivers.simulated.ring import SampleRing
-from bufferstand.drivers.simulated.server import CATCH_UP, ServerOptions, StandServer
+from bufferstand.drivers.register_maps.profile import load_profile
+from bufferstand.drivers.simulated.machine.ring import SampleRing
+from bufferstand.drivers.simulated.serving.server import CATCH_UP, ServerOptions, StandServer
+from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
+from bufferstand.drivers.simulated.wires.pace import AHEAD, PATIENCE_S, READING_S, StandPace
 from tests.drivers.simulated.standing import device, stand_file
 
 PERIOD_S = 0.001

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts, SpecimenAndFrame
+from bufferstand.drivers.simulated.machine.physics import Actuator, ActuatorFacts, SpecimenAndFrame
 from tests.drivers.simulated.standing import FrictionSpring, LinearSpring
 
 DT_S = 0.001

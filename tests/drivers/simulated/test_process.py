@@ -16,10 +16,10 @@ import pytest
 
 from bufferstand.drivers.connect import open_stand
 from bufferstand.drivers.interfaces import EndReason, SampleBlock, Stand
-from bufferstand.drivers.simulated.process import SimulatedStandProcess, start_process
-from bufferstand.drivers.simulated.server import ServerOptions, serve
-from bufferstand.drivers.simulated.truth import read_truth
-from bufferstand.drivers.stand_file import with_endpoints
+from bufferstand.drivers.simulated.machine.truth import read_truth
+from bufferstand.drivers.simulated.serving.process import SimulatedStandProcess, start_process
+from bufferstand.drivers.simulated.serving.server import ServerOptions, serve
+from bufferstand.drivers.stand_file.schema import with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.motions import Harmonic, RampTo, Release
@@ -167,7 +167,7 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
     file = stand_file(tmp_path)
     script = (
         "import sys, time; from pathlib import Path\n"
-        "from bufferstand.drivers.simulated.process import start_process\n"
+        "from bufferstand.drivers.simulated.serving.process import start_process\n"
         "stand = start_process(Path(sys.argv[1]), directory=Path(sys.argv[2]), model=Path(sys.argv[3]))\n"
         "print(stand.pid, flush=True); time.sleep(600)\n"
     )

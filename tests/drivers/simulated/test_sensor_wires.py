@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.build_sensors import build_sensors
-from bufferstand.drivers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.simulated.build import make_device
-from bufferstand.drivers.simulated.device import SimulatedDevice
-from bufferstand.drivers.simulated.inprocess_sensors import reading_fault
-from bufferstand.drivers.simulated.sensor_wires import SensorWires
-from bufferstand.drivers.simulated.w1_tree import W1Tree
-from bufferstand.drivers.stand_file import StandFile, with_endpoints
-from bufferstand.drivers.stand_loading import load_stand
-from bufferstand.drivers.w1_folder import FolderReader, read_sensor
+from bufferstand.drivers.simulated.inprocess.sensors import reading_fault
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.wires.sensors import SensorWires
+from bufferstand.drivers.simulated.wires.w1_tree import W1Tree
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
+from bufferstand.drivers.thermometers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
+from bufferstand.drivers.thermometers.w1_folder import FolderReader, read_sensor
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.conftest import SAMPLE_STAND

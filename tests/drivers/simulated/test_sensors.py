@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.simulated.ring import SampleRing
-from bufferstand.drivers.simulated.sensors import Converter, Converters, Delay, Resampler, WirePair
-from bufferstand.foundation.calibration import Divider
-from bufferstand.foundation.channel import Calibration, Channel
+from bufferstand.drivers.simulated.machine.ring import SampleRing
+from bufferstand.drivers.simulated.transducers import Converter, Converters, Delay, Resampler, WirePair
+from bufferstand.foundation.channels.calibration import Calibration, Divider
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.foundation.errors import BadInput
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.simulated import stand_clock
-from bufferstand.drivers.simulated.pace import CREDIT_S
-from bufferstand.drivers.simulated.stand_clock import DEAD_S, LEAST, ShownTime, StandClock
+from bufferstand.drivers.simulated.serving import clock as stand_clock
+from bufferstand.drivers.simulated.serving.clock import DEAD_S, LEAST, ShownTime, StandClock
+from bufferstand.drivers.simulated.wires.pace import CREDIT_S
 from bufferstand.foundation.errors import DeviceFault
 
 

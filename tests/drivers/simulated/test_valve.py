@@ -9,8 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.simulated.imperfections.wander import MAINS_HZ, TIME_CONSTANTS_S, ColouredNoise
-from bufferstand.drivers.simulated.physics import Actuator, ActuatorFacts
+from bufferstand.drivers.simulated.imperfections.coloured_noise import (
+    MAINS_HZ,
+    TIME_CONSTANTS_S,
+    ColouredNoise,
+)
+from bufferstand.drivers.simulated.machine.physics import Actuator, ActuatorFacts
 
 DT_S = 1e-3
 CURVE = ((0.0, 800.0), (400.0, 560.0), (630.0, 0.0))

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.simulated.server import ServerOptions, StandServer
-from bufferstand.drivers.simulated.waiting import NAME, WaitingSign, is_waiting
-from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
+from bufferstand.drivers.simulated.serving.server import ServerOptions, StandServer
+from bufferstand.drivers.simulated.serving.waiting_sign import NAME, WaitingSign, is_waiting
+from bufferstand.drivers.stand_file.schema import Endpoints, StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.simulated.standing import stand_file
 
@@ -19,7 +19,7 @@ MODEL = Path(__file__).parents[3] / "sample_runs/models/category-a-elastomer.tom
 ADDRESS = "127.0.0.1:15021"
 KILLED = """
 import os, pathlib, sys
-from bufferstand.drivers.simulated.waiting import WaitingSign
+from bufferstand.drivers.simulated.serving.waiting_sign import WaitingSign
 sign = WaitingSign(pathlib.Path(sys.argv[1]), sys.argv[2])
 os.kill(os.getpid(), 9)
 """

@@ -18,12 +18,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.drivers.ds18b20 import ReadingFault, TemperatureReading, crc8, decode_w1_slave
-from bufferstand.drivers.gsv2_frames import FrameDecoder
-from bufferstand.drivers.simulated.device import AmplifierValues
-from bufferstand.drivers.simulated.faults import ScheduledFault, parse_fault
-from bufferstand.drivers.simulated.serial_pty import BUFFER, AmplifierPty, encode_frames
-from bufferstand.drivers.simulated.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
+from bufferstand.drivers.amplifiers.gsv2.frames import FrameDecoder
+from bufferstand.drivers.simulated.faults.schedule import ScheduledFault, parse_fault
+from bufferstand.drivers.simulated.machine.device import AmplifierValues
+from bufferstand.drivers.simulated.wires.amplifiers import encode_frames
+from bufferstand.drivers.simulated.wires.serial_pty import BUFFER, AmplifierPty
+from bufferstand.drivers.simulated.wires.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
+from bufferstand.drivers.thermometers.ds18b20 import ReadingFault, TemperatureReading, crc8, decode_w1_slave
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import device
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.moving_mass import MovingMass
+from bufferstand.evaluation.facts.results import CycleResult
 from bufferstand.evaluation.gaps.bounds import MOST_ENERGY, MOST_STROKE
-from bufferstand.evaluation.gaps.found import CyclesOfRecord, found_in
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import CycleResult
+from bufferstand.evaluation.gaps.cycles_with_gaps import CyclesOfRecord, found_in
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.signals import Floats
 
 Shape = Literal["sine", "triangle", "dwell"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.gaps.coarse import SMOOTH_SHARE, halves_bound, no_less_than_usual
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.gaps.coarse_sampling import SMOOTH_SHARE, halves_bound, no_less_than_usual
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.made_to_order import MadeTest, OneCycle
 from tests.evaluation.signals import BUFFER, STARTED, STATED
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.gaps.even import even_stamps
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.even_sampling import even_stamps
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED
 
 RATE_HZ, SAMPLES = 200.0, 3000

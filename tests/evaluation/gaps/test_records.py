@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.gaps.bridge import bridged
-from bufferstand.evaluation.gaps.clock import understand
-from bufferstand.evaluation.gaps.events import EventChanges, event_changes, silent_beyond_beat
-from bufferstand.evaluation.gaps.steps import unusual_steps
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.gaps.bridging import bridged
+from bufferstand.evaluation.record.clock_stamps import understand
+from bufferstand.evaluation.record.event_logging import EventChanges, event_changes, silent_beyond_beat
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.record.time_steps import unusual_steps
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, Floats, StaticTest
 
 FACTS = RunFacts("r", "harmonic", **STATED)  # type: ignore[arg-type]

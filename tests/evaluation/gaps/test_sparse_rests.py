@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.gaps.bridge import bridged
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.reversals import noise_sigma
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.gaps.bridging import bridged
+from bufferstand.evaluation.numerics.reversals import noise_sigma
+from bufferstand.evaluation.record.record import Record, make_record
 
 NOISE_MM = 0.02
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.made_to_order import MadeTest, OneCycle, table
 from tests.evaluation.signals import BUFFER, STARTED, STATED
 

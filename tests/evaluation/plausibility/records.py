@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 
 import bufferstand.evaluation.plausibility as room
+from bufferstand.evaluation.facts.finding import Finding
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED, Ellipse, StaticTest
 
 Floats = NDArray[np.float64]

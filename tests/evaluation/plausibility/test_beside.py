@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.channels.bring import as_taken
-from bufferstand.evaluation.channels.signals import Signals
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.plausibility.channels import Channels
-from bufferstand.evaluation.plausibility.codes import without_codes
-from bufferstand.evaluation.plausibility.leaps import largest_leaps
-from bufferstand.evaluation.plausibility.lone import lone_rows
-from bufferstand.evaluation.plausibility.look import RunView
-from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.wires import check_wires
-from bufferstand.evaluation.wiring.strokes import strokes_and_piston
+from bufferstand.evaluation.loading.resample import as_taken
+from bufferstand.evaluation.plausibility.invalid_samples.error_codes import without_codes
+from bufferstand.evaluation.plausibility.jumps.sample_steps import largest_leaps
+from bufferstand.evaluation.plausibility.run_view.channels import Channels
+from bufferstand.evaluation.plausibility.run_view.lone_samples import lone_rows
+from bufferstand.evaluation.plausibility.run_view.samples import Samples
+from bufferstand.evaluation.plausibility.run_view.view import RunView
+from bufferstand.evaluation.plausibility.signal_comparison.draw_wires import check_wires
+from bufferstand.evaluation.plausibility.signal_comparison.stroke_sensors import strokes_and_piston
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.record.signals import Signals
 from tests.evaluation.plausibility.records import Floats, of_kind, static
 
 

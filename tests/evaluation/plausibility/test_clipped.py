@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.plausibility.clipped import clipped_again
-from bufferstand.evaluation.plausibility.look import RunView
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.plausibility.run_view.view import RunView
+from bufferstand.evaluation.plausibility.stuck_channels.clipping import clipped_again
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 

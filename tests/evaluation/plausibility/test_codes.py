@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from bufferstand.evaluation.plausibility.channels import Channels
-from bufferstand.evaluation.plausibility.codes import without_codes
-from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.plausibility.invalid_samples.error_codes import without_codes
+from bufferstand.evaluation.plausibility.run_view.channels import Channels
+from bufferstand.evaluation.plausibility.run_view.samples import Samples
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.plausibility.records import Change, Floats, of_kind, static
 
 

@@ -7,12 +7,12 @@ from typing import get_args
 
 import pytest
 
-from bufferstand.evaluation.document import evaluation_document, run_entry
-from bufferstand.evaluation.document_types import FindingKind
-from bufferstand.evaluation.every_quantity import QUANTITIES
-from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.plausibility.reads import BOTH, ROWS, SpoiledFigures, read_from
-from bufferstand.evaluation.results import RequirementResult, RunEvaluation
+from bufferstand.evaluation.catalogue.every_quantity import QUANTITIES
+from bufferstand.evaluation.document.build import evaluation_document, run_entry
+from bufferstand.evaluation.facts.document_types import FindingKind
+from bufferstand.evaluation.facts.finding import Finding
+from bufferstand.evaluation.facts.results import RequirementResult, RunEvaluation
+from bufferstand.evaluation.plausibility.affected_figures import BOTH, ROWS, SpoiledFigures, read_from
 from tests.evaluation.plausibility.records import STRETCH, found, harmonic, of_kind, static
 from tests.evaluation.test_impact import impact
 from tests.evaluation.test_nulls import unexplained

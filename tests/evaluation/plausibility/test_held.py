@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.plausibility.held import hold_by_event, hold_of
-from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility.run_view.samples import Samples
+from bufferstand.evaluation.plausibility.stuck_channels.held_samples import hold_by_event, hold_of
 from tests.evaluation.plausibility.records import Change, Floats, harmonic, of_kind, static
 
 

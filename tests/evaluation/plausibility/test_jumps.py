@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.plausibility.reads import read_from
-from bufferstand.evaluation.record import Temperature, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.plausibility.affected_figures import read_from
+from bufferstand.evaluation.record.record import Temperature, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 from tests.evaluation.signals import STATED, StaticTest
 from tests.evaluation.stepped import Block, columns

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.plausibility.force_jumps import _is_contact
-from bufferstand.evaluation.plausibility.leaps import SampleJump
-from bufferstand.evaluation.plausibility.passes import HalfCycle, Pass
-from bufferstand.evaluation.plausibility.samples import Samples
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.plausibility.jumps.jumps_of_force import _is_contact
+from bufferstand.evaluation.plausibility.jumps.sample_steps import SampleJump
+from bufferstand.evaluation.plausibility.run_view.passes import HalfCycle, Pass
+from bufferstand.evaluation.plausibility.run_view.samples import Samples
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.plausibility.records import Floats, of_kind, static
 
 

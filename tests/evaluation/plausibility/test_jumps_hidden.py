@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.plausibility.passes import Pass, beyond_others
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.plausibility.run_view.passes import Pass, beyond_others
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 

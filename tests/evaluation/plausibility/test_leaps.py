@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.plausibility import leaps
-from bufferstand.evaluation.plausibility.leaps import largest_leaps, may_leap
-from bufferstand.evaluation.plausibility.samples import Samples
+from bufferstand.evaluation.plausibility.jumps import sample_steps as leaps
+from bufferstand.evaluation.plausibility.jumps.sample_steps import largest_leaps, may_leap
+from bufferstand.evaluation.plausibility.run_view.samples import Samples
 
 
 @pytest.mark.parametrize("seed", range(40))

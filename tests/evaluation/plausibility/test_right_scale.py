@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import RunFacts
-from bufferstand.evaluation.plausibility.look import RunView
-from bufferstand.evaluation.plausibility.scale import implausible_units
-from bufferstand.evaluation.plausibility.signs import turned_signs
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.plausibility.run_view.view import RunView
+from bufferstand.evaluation.plausibility.units_and_signs.signs import turned_signs
+from bufferstand.evaluation.plausibility.units_and_signs.units import implausible_units
+from bufferstand.evaluation.record.record import make_record
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 
 

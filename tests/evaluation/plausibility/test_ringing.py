@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.plausibility.finding import Finding
+from bufferstand.evaluation.facts.finding import Finding
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind
 
 RATE_Hz, FREQUENCY_Hz, FRICTION_kN, CYCLES = 1000.0, 0.5, 20.0, 7

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 from tests.evaluation.signals import BUFFER, STATED, Ellipse
 

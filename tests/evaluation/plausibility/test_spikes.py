@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.evaluation.plausibility.lone import least_apart, lone_rows
+from bufferstand.evaluation.plausibility.run_view.lone_samples import least_apart, lone_rows
 from tests.evaluation.plausibility.records import Change, Floats, harmonic, of_kind, static
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import make_record
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
 from tests.evaluation.signals import STATED
 from tests.evaluation.stepped import Block, columns

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.drivers.simulated.commands import Command, CommandCode
-from bufferstand.drivers.simulated.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
+from bufferstand.drivers.simulated.machine.device import SimulatedDevice
+from bufferstand.drivers.simulated.machine.truth import TruthLog
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
-from bufferstand.drivers.simulated.truth import TruthLog
-from bufferstand.drivers.stand_loading import load_stand
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.evaluation.run import evaluate_run
-from bufferstand.foundation.channel import Channel
-from bufferstand.foundation.kind import Kind
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
+from bufferstand.foundation.channels.channel import Channel
+from bufferstand.foundation.run_kinds import Kind
 from bufferstand.model.file import load_model
 from bufferstand.model.stepper import SpringStepper
 from tests.clean_stand import SAMPLE_STAND

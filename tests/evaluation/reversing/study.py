@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bufferstand.evaluation.results import CycleResult, Measured
+from bufferstand.evaluation.facts.results import CycleResult, Measured
 from tests.evaluation.reversing.runs import Motion, Run, run_of
 from tests.evaluation.reversing.truths import figures
 from tests.evaluation.signals import Floats

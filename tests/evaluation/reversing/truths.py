@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import savgol_filter
 
-from bufferstand.evaluation.motion import Cycle
+from bufferstand.evaluation.facts.cycle import Cycle
 from tests.evaluation.reversing.runs import Run
 from tests.evaluation.signals import Floats
 

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from scipy.signal import lfilter
 
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.foundation.channel import ChannelUncertainty
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.foundation.channels.channel import ChannelUncertainty
 from tests.evaluation.signals import Floats
 
 Reversal = Literal["sharp", "rounded", "lag", "second-order", "dwell", "creep"]

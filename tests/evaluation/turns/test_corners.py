@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.corners import corner_moment
+from bufferstand.evaluation.cycles.dwell_corners import corner_moment
 
 
 def held(rows: int, start_mm: float) -> tuple[np.ndarray, np.ndarray]:

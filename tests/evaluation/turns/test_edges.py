@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
-from bufferstand.evaluation.record import make_record
+from bufferstand.evaluation.cycles.find import find_cycles
+from bufferstand.evaluation.record.record import make_record
 
 
 @pytest.mark.parametrize("power", [1.0, 1.2, 2.0, 3.0])

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.cycles import find_cycles
+from bufferstand.evaluation.cycles.find import find_cycles
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.load import load_run
-from bufferstand.evaluation.loop_readings import absorbed_energy_J, stored_energy_J
-from bufferstand.evaluation.loops import cut_loop
-from bufferstand.evaluation.quantities import evaluate_cycle
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.loops.cut import cut_loop
+from bufferstand.evaluation.quantities.evaluate import evaluate_cycle
+from bufferstand.evaluation.quantities.loop_readings import absorbed_energy_J, stored_energy_J
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import Floats
 
 SAMPLES = Path(__file__).resolve().parents[3] / "sample_runs" / "runs"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.record import Record, make_record
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.record.record import Record, make_record
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.signals import STATED
 
 

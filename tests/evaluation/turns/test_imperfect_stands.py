@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
-from bufferstand.evaluation.run import evaluate_run
+from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.turns.imperfect_stands import (
     CHECKED,
     DISTURBANCES,

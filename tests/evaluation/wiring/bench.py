@@ -17,23 +17,23 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.daq.limits import guards_for
-from bufferstand.daq.metadata import run_document
-from bufferstand.daq.reached import StandOrigin
+from bufferstand.daq.campaign_folder.run_metadata import run_document
+from bufferstand.daq.campaign_folder.stand_origin import StandOrigin
+from bufferstand.daq.guards.from_limits import guards_for
 from bufferstand.drivers.interfaces import EndReason, SampleBlock
-from bufferstand.drivers.simulated.inprocess import InProcessStand, open_in_process
-from bufferstand.drivers.simulated.miswired.settings import Miswired
-from bufferstand.drivers.simulated.miswired.signal import WrongSignal
-from bufferstand.drivers.stand_file import StandFile
-from bufferstand.evaluation.document import evaluate_file
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.miswiring.settings import Miswired
+from bufferstand.drivers.simulated.miswiring.signal import WrongSignal
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.evaluation.document.build import evaluate_file
+from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.results import RunEvaluation
-from bufferstand.foundation.channel import Channel
+from bufferstand.foundation.channels.channel import Channel
 from bufferstand.foundation.motions import StandStill
-from bufferstand.protocols.plan import Plan
+from bufferstand.protocols.planning.plan import Plan
 from bufferstand.protocols.steps.motions import Hold
 from bufferstand.recording.content import Anchor, Event, StreamContent
-from bufferstand.recording.runfile import write_run
+from bufferstand.recording.runfile.file import write_run
 from tests.daq.run_in_process import facts_of, sample_plan
 
 SAMPLES = Path(__file__).parents[3] / "sample_runs"

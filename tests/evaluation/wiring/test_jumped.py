@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.wiring.jumped import jumped
+from bufferstand.evaluation.plausibility.signal_comparison.force_changes import jumped
 from tests.evaluation.wiring.bench import SINE, SLOW, Recorded, evaluated, recorded
 
 STEPS = {"slow": SLOW, "sine": SINE}

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.miswired.settings import (
+from bufferstand.drivers.simulated.miswiring.settings import (
     Miswired,
     MiswiredForce,
     MiswiredSignal,
     MiswiredStroke,
 )
-from bufferstand.evaluation.plausibility.finding import Finding
-from bufferstand.evaluation.results import RunEvaluation
+from bufferstand.evaluation.facts.finding import Finding
+from bufferstand.evaluation.facts.results import RunEvaluation
 from tests.evaluation.wiring.bench import FAST, SINE, SLOW, Recorded, evaluated, recorded
 
 F, A, S = MiswiredForce, MiswiredSignal, MiswiredStroke

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.guards import Action, Trip
-from bufferstand.evaluation.document import evaluate_file, evaluation_document
+from bufferstand.daq.guards.trips import Action, Trip
+from bufferstand.evaluation.document.build import evaluate_file, evaluation_document
 from bufferstand.evaluation.facts.run_facts import Options
-from bufferstand.evaluation.report.closing import deviations_section
-from bufferstand.evaluation.report.reading import read_source
+from bufferstand.evaluation.report.sections.statements import deviations_section
+from bufferstand.evaluation.report.source.reading import read_source
 from bufferstand.recording.content import Event
 from tests.evaluation.wiring.bench import SINE, Recorded, evaluated, recorded
 

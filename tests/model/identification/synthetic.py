@@ -10,9 +10,9 @@ import numpy as np
 from bufferstand.model.curves import Curves
 from bufferstand.model.identification.drive import Drive, Reduction, join, reduce_run
 from bufferstand.model.identification.fitting import Solution, solve
-from bufferstand.model.identification.identify import experiment_of
 from bufferstand.model.identification.parameters import FixedParts
 from bufferstand.model.identification.problem import Problem
+from bufferstand.model.identification.procedure import experiment_of
 from bufferstand.model.identification.starting import start_vector
 from bufferstand.model.simulation import simulate
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.model.identification.identify import FitSettings, identify
-from bufferstand.model.identification.missing_runs import missing_runs, needed
-from bufferstand.protocols.campaign import load_campaign
+from bufferstand.model.identification.procedure import FitSettings, identify
+from bufferstand.model.identification.suggested_runs import missing_runs, needed
+from bufferstand.protocols.campaign_file.schema import load_campaign
 from tests.model.identification.synthetic import (
     FINER,
     RATE_Hz,

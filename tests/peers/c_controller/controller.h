@@ -1,4 +1,4 @@
-/* A ring controller written from docs/drivers.md and drivers/profiles/ring.toml alone: what its parts share.
+/* A ring controller written from docs/drivers.md and drivers/register_maps/profiles/ring.toml alone: what its parts share.
  *
  * One thread controls (a sample each period of the device's own clock), one answers Modbus. What both touch is
  * guarded by the device's mutex. Lengths in mm, forces in kN, times in s of the device unless a name says otherwise.

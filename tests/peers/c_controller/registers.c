@@ -1,4 +1,4 @@
-/* The register map of drivers/profiles/ring.toml: 0-based holding registers, high word first. */
+/* The register map of drivers/register_maps/profiles/ring.toml: 0-based holding registers, high word first. */
 #include "controller.h"
 
 #include <string.h>

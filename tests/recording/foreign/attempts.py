@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.run import Run
 
 
 def read(path: Path, **options: Any) -> tuple[Run, tuple[str, ...]]:

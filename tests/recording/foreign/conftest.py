@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bufferstand.recording.foreign import textblocks
+from bufferstand.recording.foreign.text import blocks as textblocks
 
 
 @pytest.fixture(params=["whole", "small blocks"])

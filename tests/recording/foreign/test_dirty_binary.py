@@ -14,8 +14,8 @@ from asammdf import MDF, Signal
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
 from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
 
 from . import makers
 from .attempts import mapping, read, refused

@@ -13,9 +13,9 @@ from openpyxl import Workbook, load_workbook
 from openpyxl.utils.datetime import CALENDAR_MAC_1904, CALENDAR_WINDOWS_1900
 from openpyxl.worksheet.formula import ArrayFormula
 
-from bufferstand.recording.foreign.excel import ExcelRecord
 from bufferstand.recording.foreign.record import ReadingOptions
-from bufferstand.recording.run import Run
+from bufferstand.recording.foreign.workbook.record import ExcelRecord
+from bufferstand.recording.runfile.run import Run
 
 from .attempts import mapping, read, refused
 

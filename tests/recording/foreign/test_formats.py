@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.wanted import ImportOptions
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.sealing.verification import verify
 
 from . import makers
 

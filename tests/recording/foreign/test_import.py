@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.foreign.columns import split_header
-from bufferstand.recording.foreign.delimited import DelimitedRecord
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import import_file
-from bufferstand.recording.foreign.stamps import examine
-from bufferstand.recording.foreign.wanted import ImportOptions
-from bufferstand.recording.run import Run
-from bufferstand.recording.runfile import open_run
-from bufferstand.recording.verify import verify
+from bufferstand.recording.foreign.text.record import DelimitedRecord
+from bufferstand.recording.foreign.times.stamps import examine
+from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.run import Run
+from bufferstand.recording.sealing.verification import verify
 
 SHARED = Path(__file__).parents[4] / "shared" / "data"
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.recording.foreign.instants import (
+from bufferstand.recording.foreign.times.instants import (
     doubled_rows,
     has_own_instants,
     shared_stamps,
     spread_stamps,
 )
-from bufferstand.recording.foreign.stamps import examine
+from bufferstand.recording.foreign.times.stamps import examine
 
 from .attempts import read
 

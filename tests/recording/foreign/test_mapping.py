@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.evaluation.document import evaluate_paths
+from bufferstand.evaluation.document.build import evaluate_paths
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.foreign.import_options import ImportOptions
 from bufferstand.recording.foreign.importing import Imported, import_file
 from bufferstand.recording.foreign.mapping import load_mapping
-from bufferstand.recording.foreign.wanted import ImportOptions
-from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile.file import open_run
 
 from . import makers
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.recording.foreign.splitting import text_rows
-from bufferstand.recording.foreign.thousands import DecimalSignEvidence
+from bufferstand.recording.foreign.decimal_signs import DecimalSignEvidence
+from bufferstand.recording.foreign.text.cell_splitting import text_rows
 
 from .attempts import read, refused
 from .texts import HEADER, lines, values, write

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bufferstand.recording.run import Run
+from bufferstand.recording.runfile.run import Run
 
 HEADER = "time [s],stroke [mm],force [kN]"
 

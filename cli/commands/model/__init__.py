@@ -1,0 +1,1 @@
+"""Commands on the spring model: fit, simulate, compare, export."""

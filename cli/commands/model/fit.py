@@ -1,0 +1,129 @@
+"""``bufferstand model fit``: which spring is it?"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, warn
+from bufferstand.foundation import BadInput, ExitStatus
+from bufferstand.foundation.files import write_text
+from bufferstand.model.identification import NAMES
+
+
+@click.command("fit", epilog="Example:  bufferstand model fit campaign/runs --out spring.toml")
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
+@click.option("--out", metavar="MODEL.toml", type=FILE, required=True, help="The model file to write.")
+@click.option(
+    "--missing-runs",
+    "missing",
+    metavar="FILE.toml",
+    type=FILE,
+    help="Write a campaign of the runs that would tell the rest.",
+)
+@click.option(
+    "--stand",
+    metavar="STAND.toml",
+    type=FILE,
+    help="Stand file that the campaign names (default stand.toml beside it).",
+)
+@click.option(
+    "--specimen",
+    metavar="FILE.toml",
+    type=FILE,
+    help="Specimen file that the campaign names (default specimen.toml beside it).",
+)
+@click.option("--name", help="Name of the model (default the specimen's).")
+@click.option("--knots", type=click.IntRange(3, 60), help="Points of the curves (default one every 5 mm).")
+@click.option(
+    "--reference",
+    "reference_C",
+    metavar="C",
+    type=SPRING_C,
+    help="Reference temperature of the curves (default 25, if the runs were that warm).",
+)
+@click.option(
+    "--ambient",
+    "ambient_C",
+    metavar="C",
+    type=SPRING_C,
+    help="Temperature of the air (default: the run's own sensor).",
+)
+@click.option(
+    "--without",
+    multiple=True,
+    type=click.Choice(NAMES),
+    help="A parameter that is not to be identified; may be repeated.",
+)
+@click.option(
+    "--in-a-row",
+    is_flag=True,
+    help="The runs are all there was: the temperature goes on from one to the next.",
+)
+@click.option("--no-validation", is_flag=True, help="Leave out the fit without every fifth cycle.")
+def command(
+    paths: tuple[Path, ...],
+    out: Path,
+    missing: Path | None,
+    stand: Path | None,
+    specimen: Path | None,
+    name: str | None,
+    knots: int | None,
+    reference_C: float | None,
+    ambient_C: float | None,
+    without: tuple[str, ...],
+    in_a_row: bool,
+    no_validation: bool,
+) -> int:
+    """Identify a spring model from recorded static and harmonic runs of one specimen.
+
+    Prints every parameter with its 95 % interval, how well the model follows the runs (also cycles that it
+    was not fitted to), and which parameters the runs do not tell, and why.
+    """
+    from bufferstand.cli.model import read_runs, settings_of, show_identification, sittings
+    from bufferstand.model import save_model
+    from bufferstand.model.identification import identify, missing_runs, needed
+
+    if out.suffix.lower() != ".toml":
+        raise BadInput("a model file ends with .toml", file="--out", remedy=f"write {out.stem}.toml")
+    runs = read_runs(paths, ambient_C)
+    drives = sittings(runs, chain=in_a_row)
+    found = identify(
+        drives,
+        replace(
+            settings_of(runs, name),
+            knots=knots,
+            reference_C=reference_C,
+            without=without,
+            hold_out=not no_validation,
+        ),
+    )
+    save_model(found.model, out)
+    show_identification(found)
+    click.echo(f"written: {out}")
+    if missing is not None:
+        if not needed(found):
+            click.echo("no campaign written: these runs tell every parameter")
+        else:
+            write_text(
+                missing,
+                missing_runs(
+                    found,
+                    stand=_seen_from(missing, stand, "stand.toml"),
+                    specimen=_seen_from(missing, specimen, "specimen.toml"),
+                ),
+            )
+            click.echo(f"written: {missing} (see it with: bufferstand plan {missing})")
+            if stand is None or specimen is None:
+                warn("the campaign names stand.toml and specimen.toml beside it, unless given as options")
+    return ExitStatus.DONE
+
+
+def _seen_from(campaign: Path, file: Path | None, default: str) -> str:
+    """Return a file's path relative to the campaign's folder, as campaigns name files."""
+    if file is None:
+        return default
+    return Path(os.path.relpath(file.resolve(), campaign.resolve().parent)).as_posix()

@@ -1,0 +1,1 @@
+"""Commands that work on recorded runs: find, verify, import, evaluate, compare, report."""

@@ -1,0 +1,82 @@
+"""``bufferstand report``: what a customer or an authority gets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bufferstand.cli.evaluation import JudgingOptions, judging_options
+from bufferstand.cli.options import EXISTING, FILE, out_option, warn
+from bufferstand.foundation import BadInput
+
+
+@click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
+@out_option("Folder for the report.")
+@click.option(
+    "--fields",
+    "fields_file",
+    metavar="FILE.toml",
+    type=FILE,
+    help="What only the laboratory knows (default report.toml beside the runs).",
+)
+@click.option(
+    "--evaluation",
+    metavar="FILE.json",
+    type=FILE,
+    help="Report this evaluation instead of evaluating the runs anew.",
+)
+@click.option(
+    "--before",
+    metavar="FILE.json",
+    type=FILE,
+    help="An earlier evaluation of the same runs: say what moved, and whether beyond its uncertainty.",
+)
+@click.option(
+    "--model", metavar="MODEL.toml", type=FILE, help="Show what this spring model says to the same strokes."
+)
+@judging_options
+def command(
+    paths: tuple[Path, ...],
+    out: Path,
+    fields_file: Path | None,
+    evaluation: Path | None,
+    before: Path | None,
+    model: Path | None,
+    judging: JudgingOptions,
+) -> None:
+    """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
+
+    PATH is a run file or a campaign's folder; of two or more, the first is the reference that the others are
+    compared with. What only the laboratory knows (address, customer, who authorises) is read from report.toml
+    in the folder; a report is marked as a draft until all of it is there. What runs are judged by is as in
+    evaluate.
+    """
+    from bufferstand.evaluation.archive import load_evaluation
+    from bufferstand.evaluation.report import formats_here, write_comparison, write_report
+    from bufferstand.evaluation.report.source import Given, read_fields
+
+    formats = formats_here()
+    if "pdf" not in formats:
+        warn("no PDF: typst is not installed; pip install 'bufferstand[pdf]' adds it")
+    given = Given(
+        options=judging.options,
+        limit_set=judging.limit_set,
+        fields=None if fields_file is None else read_fields(fields_file),
+        model=model,
+        conformity=judging.conformity,
+        jobs=None,
+        earlier=None if before is None else load_evaluation(before),
+    )
+    if len(paths) > 1:
+        if evaluation is not None:
+            raise BadInput(
+                "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+            )
+        written = write_comparison(paths, out, formats=formats, given=given)
+    else:
+        document = None if evaluation is None else load_evaluation(evaluation)
+        written = write_report(paths[0], out, formats=formats, document=document, given=given)
+    for file in written:
+        click.echo(file)

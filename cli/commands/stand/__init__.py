@@ -1,0 +1,1 @@
+"""Commands on the stand: check, readings and motions by hand, and the simulated stand."""

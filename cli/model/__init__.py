@@ -1,0 +1,38 @@
+"""What the model commands share: measured runs, the model shown in the terminal, pictures."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.cli.model.pictures import (
+        picture_comparison,
+        picture_simulation,
+        picture_warming,
+        save_picture,
+    )
+    from bufferstand.cli.model.runs import (
+        MeasuredRun,
+        read_runs,
+        settings_of,
+        sittings,
+    )
+    from bufferstand.cli.model.view import (
+        show_cycles,
+        show_identification,
+    )
+
+__all__ = [
+    "MeasuredRun",
+    "picture_comparison",
+    "picture_simulation",
+    "picture_warming",
+    "read_runs",
+    "save_picture",
+    "settings_of",
+    "show_cycles",
+    "show_identification",
+    "sittings",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -1,0 +1,16 @@
+"""HBM AED amplifiers (AD101B, AD104): commands and formats of values."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.drivers.amplifiers.aed.amplifier import (
+        AedAmplifier,
+    )
+
+__all__ = [
+    "AedAmplifier",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

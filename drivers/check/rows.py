@@ -1,0 +1,202 @@
+"""Findings of a stand check: one row each, and how values, calibrations and pairs of channels are judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import date, timedelta
+
+from bufferstand.drivers.check.verdict import Verdict
+from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.thermometers import looks_genuine
+from bufferstand.foundation.channels import Channel
+
+CALIBRATION_SOON = timedelta(days=30)
+"""A calibration that ends within this time gets a note."""
+STROKE_DIFFERENCE_MM = 2.0
+"""Largest believable difference of the two draw wires [mm]; more is tilt, or a slack or snagged wire."""
+FORCE_DIFFERENCE_SHARE = 0.02
+"""Largest believable difference of two amplifiers on one transducer, as a share of the force limit."""
+STROKE_SLACK_MM = 60.0
+"""How far a piston may be drawn back from first contact [mm]."""
+TEMPERATURE_RANGE_C = (-25.0, 85.0)
+"""What a specimen or the air of a test hall can have [°C]."""
+
+
+@dataclass(frozen=True)
+class CheckRow:
+    """One line of the check.
+
+    Parameters
+    ----------
+    device : str
+        ``controller``, ``amplifier``, ``temperature_1`` … or ``stand``.
+    item : str
+        What was looked at: ``identity``, ``round trip``, a channel, ``calibration force`` …
+    value : str
+        What was found, with unit.
+    verdict : Verdict
+        Whether that is as it should be.
+    remark : str
+        What is wrong and where to look.
+    age_s : float or None
+        Age of a reading [s of stand time].
+    figures : mapping
+        The same as numbers, for programs; names carry their units.
+    """
+
+    device: str
+    item: str
+    value: str
+    verdict: Verdict = Verdict.OK
+    remark: str = ""
+    age_s: float | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+
+def value_row(
+    device: str, channel: Channel, value: float, stand_file: StandFile, *, age_s: float, stale_after_s: float
+) -> CheckRow:
+    """Return a channel's value, judged by what the stand can show and by its age.
+
+    Parameters
+    ----------
+    device : str
+        Stream that it came from.
+    channel : Channel
+        What was measured.
+    value : float
+        In the channel's unit.
+    stand_file : StandFile
+        For the stand's limits.
+    age_s, stale_after_s : float
+        Age of the reading, and the age from which it counts as stale [s].
+    """
+    limits = stand_file.limits
+    low, high = {
+        "force": (-0.1 * limits.force_max_kN, limits.force_max_kN),
+        "temperature": TEMPERATURE_RANGE_C,
+    }.get(channel.quantity, (-STROKE_SLACK_MM, limits.stroke_max_mm))
+    text = f"{value:.2f} {channel.unit}" + (f" ({channel.place})" if channel.place else "")
+    verdict, remark = Verdict.OK, ""
+    if not low <= value <= high:
+        verdict = Verdict.FAULT
+        remark = f"outside {low:g} … {high:g} {channel.unit}; look at transducer, cable and coefficients"
+    elif age_s > stale_after_s:
+        verdict, remark = Verdict.FAULT, f"stale: {age_s:.1f} s old; look at the device and its wire"
+    figures = {f"value_{channel.unit.removeprefix('°')}": value, "age_s": age_s}
+    return CheckRow(device, channel.name, text, verdict, remark, age_s, figures)
+
+
+def rate_row(
+    device: str, item: str, measured_Hz: float, stated_Hz: float, lost: int, *, tolerance: float
+) -> CheckRow:
+    """Return how many values a second come, against how many should.
+
+    Parameters
+    ----------
+    device, item : str
+        As the finding names them.
+    measured_Hz, stated_Hz : float
+        By the computer's clock, and as device or stand file say.
+    lost : int
+        Values known to be lost meanwhile.
+    tolerance : float
+        Share by which they may differ.
+    """
+    text = f"{measured_Hz:.4g} Hz of {stated_Hz:.4g}" + (f", {lost} lost" if lost else "")
+    figures = {"rate_Hz": measured_Hz, "lost": float(lost)}
+    if abs(measured_Hz - stated_Hz) > tolerance * stated_Hz:
+        remark = "not the stated rate; look at its data rate, and whether line or computer are overloaded"
+        return CheckRow(device, item, text, Verdict.FAULT, remark, figures=figures)
+    if lost:
+        remark = "values were lost; look at the round trip, and whether a second program reads this device"
+        return CheckRow(device, item, text, Verdict.FAULT, remark, figures=figures)
+    return CheckRow(device, item, text, figures=figures)
+
+
+def difference_row(stroke_1_mm: float, stroke_2_mm: float, most_mm: float | None = None) -> CheckRow:
+    """Return how far the two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
+    apart_mm = abs(stroke_1_mm - stroke_2_mm)
+    if apart_mm <= (STROKE_DIFFERENCE_MM if most_mm is None else most_mm):
+        return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm")
+    remark = "the draw wires disagree; look for tilt, a slack or a snagged wire"
+    return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)
+
+
+def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[CheckRow]:
+    """Yield how far the two amplifiers of the one force transducer are apart, where both answered."""
+    if stand_file.amplifier is None or {"force", second := stand_file.amplifier.channel.name} - set(forces):
+        return
+    apart_kN = abs(forces["force"] - forces[second])
+    far = apart_kN > FORCE_DIFFERENCE_SHARE * stand_file.limits.force_max_kN
+    remark = "the two amplifiers disagree; look at zero, range and calibration of both" if far else ""
+    verdict = Verdict.FAULT if far else Verdict.OK
+    yield CheckRow("amplifier", f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
+
+
+def bus_rows(stand_file: StandFile, roms: Iterable[str]) -> Iterator[CheckRow]:
+    """Yield what is remarkable about the ROMs: sensors nobody asked for, and clones.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        With the sensors that are wanted.
+    roms : iterable of str
+        Those that the kernel sees.
+    """
+    if stand_file.temperature is None:
+        return
+    wanted = {sensor.rom: sensor.name for sensor in stand_file.temperature.sensor}
+    for rom in roms:
+        if rom not in wanted:
+            remark = "on the bus but not in the stand file; a sensor that was exchanged?"
+            yield CheckRow("1-wire", rom, "", Verdict.NOTE, remark)
+    for rom, name in wanted.items():
+        if not looks_genuine(rom):
+            remark = "its ROM is not of the maker's pattern: a clone; check its accuracy against a reference"
+            yield CheckRow(name, "rom", rom, Verdict.NOTE, remark)
+
+
+def calibration_rows(channels: Iterable[tuple[str, Channel]], today: date) -> Iterator[CheckRow]:
+    """Yield whether each channel's calibration holds.
+
+    Parameters
+    ----------
+    channels : iterable of (str, Channel)
+        Device and channel.
+    today : date
+        Day by which they are judged.
+    """
+    for device, channel in channels:
+        if channel.quantity == "command":
+            continue  # a set point is not measured
+        calibration = channel.calibration
+        item, text, end = f"calibration {channel.name}", calibration.id, calibration.valid_until
+        if not calibration.certificate:
+            remark = "no certificate is named; figures from it cannot be traced"
+            yield CheckRow(device, item, text, Verdict.NOTE, remark)
+        elif end is None:
+            yield CheckRow(device, item, text, Verdict.NOTE, "its certificate has no “valid_until”")
+        elif end < today:
+            ago = (today - end).days
+            remark = (
+                f"expired on {end.isoformat()}, {ago} days ago: nothing measured since can be traced; "
+                "calibrate, or enter the new certificate"
+            )
+            yield CheckRow(device, item, f"{text}, EXPIRED", Verdict.FAULT, remark)
+        elif end - today <= CALIBRATION_SOON:
+            yield CheckRow(device, item, text, Verdict.NOTE, f"ends soon, on {end.isoformat()}")
+        else:
+            yield CheckRow(device, item, f"{text}, valid until {end.isoformat()}")
+
+
+def channels_of(stand_file: StandFile) -> Iterator[tuple[str, Channel]]:
+    """Yield every channel of a stand with its device."""
+    for channel in stand_file.controller.channel:
+        yield "controller", channel
+    if stand_file.amplifier is not None:
+        yield "amplifier", stand_file.amplifier.channel
+    if stand_file.temperature is not None:
+        for sensor in stand_file.temperature.sensor:
+            yield sensor.name, sensor.channel()

@@ -1,0 +1,38 @@
+"""Modbus: the wires (TCP, RTU), requests with checked replies, and the pipelined exchange of function 23."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.drivers.modbus.link import (
+        EXCEPTION_TEXTS,
+        HURRY_S,
+        LONGER,
+        Exchange,
+        ModbusLink,
+        ModbusRefusal,
+        Table,
+    )
+    from bufferstand.drivers.modbus.wires import (
+        RtuWire,
+        TcpWire,
+        Wire,
+        with_quick_replies,
+    )
+
+__all__ = [
+    "EXCEPTION_TEXTS",
+    "HURRY_S",
+    "LONGER",
+    "Exchange",
+    "ModbusLink",
+    "ModbusRefusal",
+    "RtuWire",
+    "Table",
+    "TcpWire",
+    "Wire",
+    "with_quick_replies",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

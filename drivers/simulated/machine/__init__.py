@@ -1,0 +1,60 @@
+"""The simulated machine without wires: controller, actuator, specimen and transducers, sample by sample."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.drivers.simulated.machine.amplifier_numbers import (
+        AmplifierForm,
+    )
+    from bufferstand.drivers.simulated.machine.commands import (
+        Command,
+        CommandCode,
+        RejectReason,
+    )
+    from bufferstand.drivers.simulated.machine.controller import (
+        SimulatedController,
+    )
+    from bufferstand.drivers.simulated.machine.device import (
+        RATE_HZ,
+        AmplifierValues,
+        SimulatedDevice,
+    )
+    from bufferstand.drivers.simulated.machine.physics import (
+        Spring,
+    )
+    from bufferstand.drivers.simulated.machine.ring import (
+        COLUMNS,
+        SampleRing,
+    )
+    from bufferstand.drivers.simulated.machine.thermometer import (
+        CONVERSION_S,
+        Thermometer,
+    )
+    from bufferstand.drivers.simulated.machine.truth import (
+        TruthLog,
+    )
+    from bufferstand.drivers.simulated.machine.writer_lock import (
+        SingleWriterLock,
+    )
+
+__all__ = [
+    "COLUMNS",
+    "CONVERSION_S",
+    "RATE_HZ",
+    "AmplifierForm",
+    "AmplifierValues",
+    "Command",
+    "CommandCode",
+    "RejectReason",
+    "SampleRing",
+    "SimulatedController",
+    "SimulatedDevice",
+    "SingleWriterLock",
+    "Spring",
+    "Thermometer",
+    "TruthLog",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

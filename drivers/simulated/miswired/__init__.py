@@ -1,1 +1,0 @@
-"""Wiring errors between specimen and computer: wires, scales, thermometers."""

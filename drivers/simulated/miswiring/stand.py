@@ -1,0 +1,104 @@
+"""All that is wired wrong at one simulated stand, between its transducers and those who read them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bufferstand.drivers.simulated.faults import nearest
+from bufferstand.drivers.simulated.miswiring.settings import Miswired, MiswiredForce, MiswiredStroke
+from bufferstand.drivers.simulated.miswiring.signal import WrongForce, WrongSignal
+from bufferstand.drivers.simulated.miswiring.thermometer import MisplacedThermometer
+from bufferstand.drivers.simulated.transducers import Converters
+from bufferstand.drivers.stand_file import SensorSettings, StandFile
+from bufferstand.foundation import BadInput
+
+FloatArray = NDArray[np.float64]
+
+COLUMNS = ("force", "stroke_1", "stroke_2", "position", "command")
+"""Channels that are sampled together, in their order."""
+
+
+class MiswiredStand:
+    """What is wrong; nothing costs time where nothing is.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+    facts : Miswired
+    period_s : float
+        Of the controller's samples [s].
+
+    Raises
+    ------
+    BadInput
+        If the stand has no such amplifier or thermometer.
+    """
+
+    def __init__(self, stand_file: StandFile, facts: Miswired, period_s: float) -> None:
+        _demand_possible(stand_file, facts)
+        wired = {"force": facts.force, **{name: getattr(facts, name) for name in COLUMNS[1:4]}}
+        self._signals = {
+            COLUMNS.index(name): WrongSignal(wire) for name, wire in wired.items() if wire != type(wire)()
+        }
+        self._amplifier = WrongSignal(facts.amplifier) if facts.amplifier.model_fields_set else None
+        self._thermometers = facts.thermometer
+        acts = facts.force.controller_too and 0 in self._signals
+        self.acted_on = WrongForce(facts.force, period_s) if acts else None
+        """What the controller makes of the force that it acts on, where that is wrong."""
+        self.force_reads = facts.force.reads if acts else None
+
+    def samples(self, time_s: FloatArray, counts: FloatArray, converters: Converters) -> None:
+        """Spoil a slice of samples in place.
+
+        Parameters
+        ----------
+        time_s : NDArray, shape (n,)
+            Stand time [s].
+        counts : NDArray, shape (n, 5)
+            What the converters made of the transducers' signals.
+        converters : Converters
+            By which a value is counts again.
+        """
+        if not self._signals:
+            return
+        right = converters.values(counts)
+        for column, signal in self._signals.items():
+            facts, own = signal.facts, right[:, column]
+            reads = facts.reads if isinstance(facts, MiswiredForce | MiswiredStroke) else None
+            if reads is not None:
+                own = np.where(time_s >= facts.from_s, right[:, COLUMNS.index(reads)], own)
+            counts[:, column] = converters.counts_of(column, signal.arrive(time_s, own))
+
+    def second_force(self, time_s: FloatArray, counts: FloatArray, converters: Converters) -> FloatArray:
+        """Return what arrives of the amplifier's values, counts of shape (n,) each, at times [s]."""
+        if self._amplifier is None:
+            return counts
+        right = converters.values(counts[:, np.newaxis])[:, 0]
+        return converters.counts_of(0, self._amplifier.arrive(time_s, right))
+
+    def place_of(self, sensor: SensorSettings) -> MisplacedThermometer | None:
+        """Return where a thermometer sits in truth, None where it sits right."""
+        facts = self._thermometers.get(sensor.name)
+        return None if facts is None else MisplacedThermometer(sensor.role, facts)
+
+
+def _demand_possible(stand_file: StandFile, facts: Miswired) -> None:
+    """See that what shall be wrong is there."""
+    if facts.amplifier.model_fields_set and stand_file.amplifier is None:
+        raise BadInput(
+            "the stand has no amplifier that could be wired wrong",
+            file=stand_file.path,
+            place="simulation.miswired.amplifier",
+            remedy="leave it out, or add the table [amplifier]",
+        )
+    sensors = () if stand_file.temperature is None else stand_file.temperature.sensor
+    have = [sensor.name for sensor in sensors]
+    for name in facts.thermometer:
+        if name not in have:
+            raise BadInput(
+                f"the stand has no thermometer “{name}”{nearest(name, have)}",
+                file=stand_file.path,
+                place=f"simulation.miswired.thermometer.{name}",
+                remedy=f"it has {', '.join(have) or 'none'}",
+            )

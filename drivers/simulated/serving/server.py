@@ -1,0 +1,479 @@
+"""The simulated stand as a server: controller, amplifier and temperature sensors on real wires.
+
+The physics runs in stand time, ``speed`` times as fast as the wall. It is brought up to the present before
+requests and by a task of its own; a process that was starved catches up in slices and drops nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import selectors
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from bufferstand.drivers.simulated.build import demand_possible, make_device
+from bufferstand.drivers.simulated.faults import SOCKET, FaultControl, FrameFaults, ScheduledFault
+from bufferstand.drivers.simulated.machine import SimulatedDevice, TruthLog
+from bufferstand.drivers.simulated.serving.clock import SHOWN, ShownTime
+from bufferstand.drivers.simulated.serving.waiting_sign import NAME, WIRES, WaitingSign
+from bufferstand.drivers.simulated.wires import (
+    ModbusAmplifierWire,
+    ModbusStandServer,
+    RegisterBank,
+    Responder,
+    RtuStandServer,
+    SensorWires,
+    StandPace,
+)
+from bufferstand.drivers.stand_file import Endpoints, StandFile, load_stand
+from bufferstand.foundation import BadInput, Clock, WallClock
+
+TICK_S = 0.005
+"""Wall time between two looks of the background task [s]."""
+LEAST_TICK_S = 0.0003
+TICKS_A_POLL = 0.25
+"""A stand that is polled is looked at so often in the time between two polls, within these bounds."""
+SLOW_WIRES_S = 0.02
+"""Time between two services of serial line and temperature files [s of the wall]; USB adapters do alike."""
+FRESH_S = 0.0025
+"""Age of the newest sample that a reading request is content with [s of the wall] …"""
+FRESH_STAND_S = 0.05
+"""… and at most [s of stand time]: a fast stand must not make its reader wait for the next look."""
+CATCH_UP = 100
+"""Most samples made up at once (some milliseconds), by a request or between requests."""
+TURNS = 5
+"""Turns of the event loop that are left to requests between two slices; pymodbus takes four for each."""
+
+
+@dataclass(frozen=True)
+class Served:
+    """Where a simulated stand can be reached, as its endpoints file says.
+
+    Parameters
+    ----------
+    host, port
+        Of the controller's Modbus TCP server; empty and 0 where it is on a serial line.
+    amplifier_port, w1_root : str or None
+        Serial device and folder of the 1-Wire devices, absolute.
+    speed : float
+        Stand seconds in one second of the wall.
+    pid : int
+        Of the serving process.
+    controller_serial : str or None
+        The controller's serial device, absolute.
+    onewire_port : str or None
+        Serial device of the 1-Wire adapter, absolute.
+    faults_socket : str or None
+        Where it takes faults (``bufferstand fault``), absolute.
+    amplifier_host : str or None
+        Of the amplifier, where it is on Modbus TCP.
+    amplifier_tcp_port : int or None
+        Its port.
+    time_file : str or None
+        Where it shows its time (:class:`bufferstand.drivers.simulated.serving.clock.StandClock`), absolute.
+    """
+
+    host: str
+    port: int
+    amplifier_port: str | None
+    w1_root: str | None
+    speed: float
+    pid: int
+    controller_serial: str | None = None
+    onewire_port: str | None = None
+    faults_socket: str | None = None
+    amplifier_host: str | None = None
+    amplifier_tcp_port: int | None = None
+    time_file: str | None = None
+
+    def endpoints(self) -> Endpoints:
+        """Return what :func:`bufferstand.drivers.stand_file.schema.with_endpoints` needs to reach it."""
+        return Endpoints(
+            host=self.host,
+            port=self.port,
+            amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
+            w1_root=None if self.w1_root is None else Path(self.w1_root),
+            controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
+            onewire_port=None if self.onewire_port is None else Path(self.onewire_port),
+            amplifier_host=self.amplifier_host,
+            amplifier_tcp_port=self.amplifier_tcp_port,
+        )
+
+
+@dataclass(frozen=True)
+class ServerOptions:
+    """How a stand is served.
+
+    Parameters
+    ----------
+    model : Path, optional
+        Spring model instead of the one that the stand file names.
+    speed : float
+        Stand seconds in one second of the wall.
+    port : int, optional
+        The controller's TCP port instead of the stand file's; 0 takes a free one, for the amplifier too.
+    wires : Path, optional
+        Folder for serial device and 1-Wire tree instead of the stand file's paths.
+    truth : Path, optional
+        File for what really happened, written at the end (``.npz``, else CSV).
+    faults : tuple of ScheduledFault
+        What shall fail, and when.
+    fault_seed : int
+        By which the frames are picked that a fault strikes.
+    with_parent : bool
+        End when standard input ends, so that no server outlives its starter.
+    wait_for_reader : bool
+        Let the stand wait for whoever reads its ring; above a speed of 1 it always does.
+    """
+
+    model: Path | None = None
+    speed: float = 1.0
+    port: int | None = None
+    wires: Path | None = None
+    truth: Path | None = None
+    faults: tuple[ScheduledFault, ...] = ()
+    fault_seed: int = 0
+    with_parent: bool = False
+    wait_for_reader: bool = False
+
+
+class StandServer:
+    """Every wire of one simulated stand.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+    options : Options
+    clock : Clock
+        Stand time, ``options.speed`` times as fast as the wall's.
+
+    Raises
+    ------
+    BadInput
+        As :func:`bufferstand.drivers.simulated.build.make_device`.
+    """
+
+    def __init__(self, stand_file: StandFile, options: ServerOptions, clock: Clock) -> None:
+        self._file = stand_file
+        self._options = options
+        self._truth = None if options.truth is None else TruthLog()
+        self._pace = StandPace(clock, options.speed, waits=options.wait_for_reader or options.speed > 1.0)
+        self.device: SimulatedDevice = make_device(
+            stand_file,
+            self._pace.lived_s,
+            model=options.model,
+            truth=self._truth,
+            faults=options.faults,
+            fault_seed=options.fault_seed,
+        )
+        profile = stand_file.profile()
+        bank = RegisterBank(self.device, profile, self._pace.now_s)
+        device_id = stand_file.controller.device_id
+        trouble = FrameFaults(self.device.faults, "controller", lambda: self.device.time_s)
+        latency = self.device.latency
+        responder = Responder(
+            bank,
+            self._before_request,
+            self._cut,
+            trouble,
+            profile.read_write,
+            lambda: latency.way_s() / options.speed,
+        )
+        self._pace.watch(
+            self.device.ring,
+            self.device.period_s,
+            1 if profile.window is None else profile.ring.samples_per_block,
+            lambda: responder.asker,
+        )
+        self._asked = asyncio.Event()
+        self._tick_s = TICK_S
+        self._holds = self._pace.waits and profile.poll is not None
+        if profile.poll is not None:
+            every_s = 1.0 / profile.poll.rate_Hz
+            self._pace.expect_polls(every_s, lambda: latency.way_s() + latency.way_s())
+            self._tick_s = max(LEAST_TICK_S, min(TICK_S, TICKS_A_POLL * every_s / options.speed))
+        self._modbus = ModbusStandServer(responder, device_id)
+        self._line = RtuStandServer(responder, device_id)
+        self._sensors: SensorWires | None = None
+        self._amplifier = self._make_amplifier()
+        folder = stand_file.folder / WIRES if options.wires is None else options.wires
+        self._sign_file = (folder / NAME).absolute()
+        self._sign: WaitingSign | None = None
+        self._time_file = (folder / SHOWN).absolute()
+        self._shown: ShownTime | None = None
+        self._control = FaultControl(
+            (folder / SOCKET).absolute(),
+            self.device.faults,
+            lambda: self.device.time_s,
+            self._demand_possible,
+        )
+        self._bank = bank
+        for fault in options.faults:
+            self._demand_possible(fault)
+
+    def _make_amplifier(self) -> ModbusAmplifierWire | None:
+        """Return the amplifier, where it is one with registers."""
+        amplifier, device = self._file.amplifier, self.device
+        form, registers = device.amplifier_form, device.amplifier_map
+        if amplifier is None or amplifier.modbus is None or form is None or registers is None:
+            return None
+        return ModbusAmplifierWire(device, registers, form, amplifier.modbus, self.catch_up)
+
+    def _demand_possible(self, fault: ScheduledFault) -> None:
+        demand_possible(self._file, fault)
+        self._bank.demand_register(fault)
+
+    def _cut(self) -> bool:
+        return self.device.faults.find("controller", "lost", self.device.time_s) is not None
+
+    async def open(self) -> Served:
+        """Open every wire; return where they are.
+
+        Raises
+        ------
+        BadInput
+            If a wire cannot be opened; none stays open then.
+        """
+        try:
+            return await self._open()
+        except BaseException:
+            await self.close()
+            raise
+
+    async def _open(self) -> Served:
+        wires, file = self._options.wires, self._file
+        self._shown = self._show_time()
+        self._sensors = SensorWires(file, self.device, wires)
+        for descriptor in self._sensors.descriptors():
+            asyncio.get_running_loop().add_reader(descriptor, self._serve_slow_wires)
+        await self._control.start()
+        ends = await self._serve_amplifier(self._sensors.endpoints())
+        line = file.controller_serial() if wires is None else wires / "controller"
+        if not file.controller.serial or line is None:
+            line = None
+            host, port = await self._listen()
+        else:
+            host, port, line = "", 0, line.absolute()
+            self._line.start(line)
+        if self._pace.waits:
+            self._sign = WaitingSign(self._sign_file, f"{host}:{port}" if line is None else str(line))
+        return Served(
+            host=host,
+            port=port,
+            amplifier_port=None if ends.amplifier_port is None else str(ends.amplifier_port),
+            w1_root=None if ends.w1_root is None else str(ends.w1_root),
+            speed=self._options.speed,
+            pid=os.getpid(),
+            controller_serial=None if line is None else str(line),
+            onewire_port=None if ends.onewire_port is None else str(ends.onewire_port),
+            faults_socket=str(self._control.path),
+            amplifier_host=ends.amplifier_host,
+            amplifier_tcp_port=ends.amplifier_tcp_port,
+            time_file=str(self._time_file),
+        )
+
+    def _show_time(self) -> ShownTime:
+        try:
+            return ShownTime(self._time_file, self._options.speed)
+        except OSError as error:
+            raise BadInput(f"cannot be made: {error.strerror}", file=self._time_file) from None
+
+    async def _listen(self) -> tuple[str, int]:
+        """Open the TCP port; return where it is."""
+        file = self._file
+        port = file.controller.port if self._options.port is None else self._options.port
+        host = self._own(file.controller.host, "controller.host")
+        return host, await self._modbus.start(host, port)
+
+    async def _serve_amplifier(self, ends: Endpoints) -> Endpoints:
+        """Open the wire of an amplifier with registers; return the sensors' ends with it."""
+        wire, file, folder = self._amplifier, self._file, self._options.wires
+        settings = None if file.amplifier is None else file.amplifier.modbus
+        if wire is None or settings is None:
+            return ends
+        port = file.amplifier_port()
+        if settings.host is None and port is not None:
+            link = (port if folder is None else folder / "amplifier").absolute()
+            wire.start_line(link)
+            return replace(ends, amplifier_port=link)
+        host = self._own(settings.host or "", "amplifier.modbus.host")
+        found = await wire.listen(host, 0 if self._options.port == 0 else settings.tcp_port)
+        return replace(ends, amplifier_host=host, amplifier_tcp_port=found)
+
+    def _own(self, host: str, place: str) -> str:
+        """Return the address of this machine that a stand file names; refuse any other."""
+        host = "127.0.0.1" if host == "localhost" else host
+        if host not in {"127.0.0.1", "::1"}:
+            raise BadInput(
+                f"the simulated stand serves this machine only, not {host}",
+                file=self._file.path,
+                place=place,
+                remedy="write 127.0.0.1 there",
+            )
+        return host
+
+    async def run(self, stop: asyncio.Event) -> None:
+        """Keep the stand in step with the clock until ``stop`` is set."""
+        loop = asyncio.get_running_loop()
+        due_s = loop.time()
+        while not stop.is_set():
+            left = self.catch_up()
+            if loop.time() >= due_s:
+                due_s = loop.time() + SLOW_WIRES_S
+                self._serve_slow_wires()
+            if left:
+                for _ in range(TURNS):
+                    await asyncio.sleep(0)
+            elif self._holds:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._asked.wait(), self._tick_s)
+                self._asked.clear()
+            else:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(stop.wait(), self._tick_s)
+
+    def _serve_slow_wires(self) -> None:
+        if self._sensors is not None:
+            self._sensors.serve(self.device.time_s)
+
+    async def close(self) -> None:
+        """Take every wire away and write the truth.
+
+        Raises
+        ------
+        BadInput
+            If the truth cannot be written.
+        """
+        if self._sign is not None:
+            self._sign.close()
+        await self._modbus.stop()
+        self._line.stop()
+        if self._amplifier is not None:
+            await self._amplifier.stop()
+        await self._control.stop()
+        shown, self._shown = self._shown, None
+        if shown is not None:
+            shown.close()
+        sensors, self._sensors = self._sensors, None
+        if sensors is not None:
+            for descriptor in sensors.descriptors():
+                asyncio.get_running_loop().remove_reader(descriptor)
+            sensors.close()
+        if self._truth is not None and self._options.truth is not None:
+            try:
+                self._truth.write(self._options.truth)
+            except OSError as error:
+                raise BadInput(f"cannot be written: {error.strerror}", file=self._options.truth) from None
+            self._truth = None
+
+    def _before_request(self, acting: bool) -> None:
+        """Bring the stand up to the present for a request.
+
+        One that waits for who polls it stands still instead: the instant that it shows is the one at which
+        its converters are read, and whoever stamps by it stamps right.
+        """
+        if self._holds:
+            self._asked.set()
+        else:
+            self.catch_up(acting)
+
+    def catch_up(self, acting: bool = True) -> int:
+        """Advance towards the present by one slice; a mere reader is content with what is 2 ms old.
+
+        Parameters
+        ----------
+        acting : bool
+            Whether something is about to be done to the stand.
+
+        Returns
+        -------
+        int
+            Samples that are left to advance.
+        """
+        now_s = self._pace.now_s()
+        if self._holds and self._shown is not None:
+            # First, so that who stamps while it moves has the time at which it will be read.
+            self._shown.show(min(now_s, self.device.time_s + CATCH_UP * self.device.period_s))
+        fresh_s = min(FRESH_S * self._options.speed, FRESH_STAND_S)
+        left = 0
+        if acting or now_s - self.device.time_s >= fresh_s:
+            left = self.device.advance_to(now_s, CATCH_UP)
+        if self._shown is not None:
+            self._shown.show(self.device.time_s)
+        return left
+
+
+def serve(
+    stand_file: Path,
+    options: ServerOptions,
+    *,
+    ready: Callable[[Served], None],
+    signals: Sequence[signal.Signals] = (signal.SIGINT, signal.SIGTERM),
+) -> None:
+    """Serve a simulated stand until a signal comes (or its starter ends); blocks.
+
+    Parameters
+    ----------
+    stand_file : Path
+    options : Options
+    ready : callable
+        Told once where the stand can be reached, when every wire is open.
+    signals : sequence of Signals
+        What ends it.
+
+    Raises
+    ------
+    BadInput
+        If the stand file, the model or an option cannot be used, or a wire cannot be opened.
+    """
+    if not options.speed > 0.0:
+        raise BadInput(f"a speed of {options.speed:g} is not possible", file="--speed", remedy="above 0")
+    file = load_stand(stand_file)
+
+    async def main() -> None:
+        server = StandServer(file, options, WallClock(options.speed))
+        stop = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        for number in signals:
+            loop.add_signal_handler(number, stop.set)
+        if options.with_parent:
+            _watch_input(loop, stop)
+        ready(await server.open())
+        try:
+            await server.run(stop)
+        finally:
+            await server.close()
+
+    with asyncio.Runner(loop_factory=_quick_loop) as runner:
+        runner.run(main())
+
+
+def _quick_loop() -> asyncio.SelectorEventLoop:
+    """Return an event loop that waits for parts of a millisecond, as epoll does not: replies take such."""
+    return asyncio.SelectorEventLoop(selectors.SelectSelector())
+
+
+def write_endpoints(served: Served, path: Path) -> None:
+    """Write where a stand can be reached as JSON; a reader sees the whole file or none."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_name(f".{path.name}.new")
+    fresh.write_text(json.dumps(asdict(served)) + "\n", encoding="utf-8")
+    fresh.replace(path)
+
+
+def _watch_input(loop: asyncio.AbstractEventLoop, stop: asyncio.Event) -> None:
+    """Set ``stop`` when standard input ends: whoever held the other end is gone."""
+    descriptor = sys.stdin.fileno()
+
+    def look() -> None:
+        if not os.read(descriptor, 4096):
+            loop.remove_reader(descriptor)
+            stop.set()
+
+    loop.add_reader(descriptor, look)

@@ -1,0 +1,46 @@
+"""The stand file (STAND.toml): its schema, the bounds of its numbers, and reading it."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.drivers.stand_file.amplifier_tables import (
+        Gsv2Settings,
+        ModbusAmplifierSettings,
+    )
+    from bufferstand.drivers.stand_file.bounds import (
+        power_on_C,
+    )
+    from bufferstand.drivers.stand_file.loading import (
+        load_stand,
+    )
+    from bufferstand.drivers.stand_file.schema import (
+        CELSIUS_PER_COUNT,
+        AmplifierSettings,
+        ControllerSettings,
+        Endpoints,
+        OneWireSettings,
+        SensorSettings,
+        StandFile,
+        wires_from,
+        with_endpoints,
+    )
+
+__all__ = [
+    "CELSIUS_PER_COUNT",
+    "AmplifierSettings",
+    "ControllerSettings",
+    "Endpoints",
+    "Gsv2Settings",
+    "ModbusAmplifierSettings",
+    "OneWireSettings",
+    "SensorSettings",
+    "StandFile",
+    "load_stand",
+    "power_on_C",
+    "wires_from",
+    "with_endpoints",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

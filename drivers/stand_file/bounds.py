@@ -1,0 +1,169 @@
+"""Bounds of a stand file that depend on several of its keys: tilt, scales of channels, thermometers.
+
+A channel whose scale is wrong switches its guards off: a force that reads a thousandth never trips. What
+the file alone tells is told here; whether the scale is *true* only a motion shows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bufferstand.drivers.register_maps import Profile, RegisterType, load_amplifier_map
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.foundation import BadInput
+from bufferstand.foundation.channels import Calibration, Channel
+from bufferstand.foundation.numbers import TRIP_SHARE, tilt_bound_mm
+from bufferstand.foundation.settings import place_of
+
+POWER_ON_COUNTS = 1360.0
+"""Counts of a DS18B20 that has lost its supply: 85 °C in sixteenths."""
+CORRECTED_K = 5.0
+"""By so much a certificate corrects a DS18B20 at most: its data sheet allows it 0.5 K, up to 85 °C [K]."""
+THERMOMETER_C = (0.0, 20.0, 40.0, 85.0)
+"""Where its calibration is looked at [°C]."""
+COARSEST_SHARE = 0.01
+"""Of the stand's force or stroke: a count that is worth more cannot show a limit of 5 % above another."""
+OVERLOAD_FACTOR = 3.0
+"""So many times the stand's greatest force no load cell bears."""
+_LOOKED_AT = 257
+_ROUNDED = 1e-4
+"""A full scale of exactly the trip lacks a count, and what its certificate rounds."""
+_RANGES: dict[RegisterType, tuple[float, float]] = {
+    "u16": (0.0, 65535.0),
+    "i16": (-32768.0, 32767.0),
+    "u32": (0.0, 2.0**32 - 1.0),
+    "i32": (-(2.0**31), 2.0**31 - 1.0),
+}
+"""Counts that a register can hold; a float holds any."""
+_ANY = (-(2.0**31), 2.0**31)
+
+
+def demand_stand_bounds(stand_file: StandFile, profile: Profile, text: str) -> None:
+    """Refuse a stand file whose tilt, or whose scales, switch a guard off.
+
+    Parameters
+    ----------
+    stand_file : StandFile
+        Checked key by key.
+    profile : Profile
+        Which registers hold the counts.
+    text : str
+        Of the file, for the lines.
+
+    Raises
+    ------
+    BadInput
+        With key, value, bound and reason.
+    """
+    tilt_mm, travel_mm = stand_file.stand.tilt_max_mm, stand_file.limits.stroke_max_mm
+    if tilt_mm is not None and not 0.1 <= tilt_mm <= tilt_bound_mm(travel_mm):
+        raise BadInput(
+            f"tilt_max_mm = {tilt_mm!r} is outside 0.1 to {tilt_bound_mm(travel_mm):g} mm (5 mm, or 5 % of "
+            f"stroke_max_mm = {travel_mm:g} mm)",
+            file=stand_file.path,
+            place=place_of(("stand", "tilt_max_mm"), text),
+            remedy="write a tilt within that: a straight specimen never brings the wires so far apart",
+        )
+    for path, problem in _scale_troubles(stand_file, profile):
+        raise BadInput(
+            problem,
+            file=stand_file.path,
+            place=place_of(path, text),
+            remedy="look at the certificate: a channel with this scale would guard nothing",
+        )
+
+
+def power_on_C(stand_file: StandFile) -> float:  # noqa: N802 - the unit keeps its capital
+    """Return what a thermometer on the specimen shows when it has lost its supply, the least of all [°C]."""
+    sensors = () if stand_file.temperature is None else stand_file.temperature.sensor
+    shown = [
+        float(one.calibration.apply(POWER_ON_COUNTS))
+        for one in sensors
+        if one.role == "specimen"
+    ]  # fmt: skip
+    return min([POWER_ON_COUNTS / 16.0, *shown])
+
+
+def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple[str | int, ...], str]]:
+    """Return each channel that cannot show what it must, with its place in the file."""
+    limits = stand_file.limits
+    whole = {"force": limits.force_max_kN, "stroke": limits.stroke_max_mm}
+    found: list[tuple[tuple[str | int, ...], str]] = []
+    for number, channel in enumerate(stand_file.controller.channel):
+        name = f"raw_{channel.name}"
+        kind = None if profile.window is None else dict(profile.window.sample).get(channel.name)
+        if kind is None and profile.has(name):
+            kind = profile.find(name).type
+        most = whole.get(channel.quantity, limits.stroke_max_mm)
+        if problem := _scale_trouble(channel, None if kind is None else _RANGES.get(kind), most):
+            found.append((("controller", "channel", number, "calibration"), problem))
+        if channel.quantity == "force" and (problem := _overload_trouble(channel, most)):
+            found.append((("controller", "channel", number, "plausible", "overload"), problem))
+    if stand_file.amplifier is not None:
+        channel = stand_file.amplifier.channel
+        if problem := _scale_trouble(channel, _amplifier_counts(stand_file), limits.force_max_kN):
+            found.append((("amplifier", "channel", "calibration"), problem))
+        if problem := _overload_trouble(channel, limits.force_max_kN):
+            found.append((("amplifier", "channel", "plausible", "overload"), problem))
+    for number, sensor in enumerate(stand_file.temperature.sensor if stand_file.temperature else ()):
+        if problem := _thermometer_trouble(sensor.calibration, sensor.name):
+            found.append((("temperature", "sensor", number, "calibration"), problem))
+    return found
+
+
+def _amplifier_counts(stand_file: StandFile) -> tuple[float, float] | None:
+    """Return what the amplifier's values can be; None where it tells no end of them (text, floats)."""
+    amplifier = stand_file.amplifier
+    if amplifier is None:
+        return None
+    if amplifier.modbus is not None:
+        return _RANGES.get(load_amplifier_map(amplifier.modbus.map, stand_file.folder).value.type)
+    return amplifier.gsv2.ends if amplifier.protocol == "gsv2" else amplifier.aed.ends
+
+
+def _scale_trouble(channel: Channel, counts: tuple[float, float] | None, most: float) -> str:
+    """Return why a channel cannot show its trip, or not finely enough; empty if it can.
+
+    ``counts`` is what its register or amplifier can hold; None of a float or a text, where that is anything.
+    """
+    at = np.linspace(*(counts or _ANY), _LOOKED_AT)
+    with np.errstate(all="ignore"):
+        shown = channel.calibration.apply(at)
+        steps = np.abs(channel.calibration.apply(at[:-1] + 1.0) - shown[:-1])
+    trip, unit = (1.0 + TRIP_SHARE) * most, channel.unit
+    greatest = float(np.max(shown, initial=-np.inf, where=np.isfinite(shown)))
+    if greatest < trip * (1.0 - _ROUNDED):
+        return (
+            f"channel “{channel.name}” shows at most {greatest:.4g} {unit} by this calibration, and its "
+            f"guard may trip at {trip:g} {unit} (5 % above the stand's {most:g} {unit})"
+        )
+    count = float(np.max(steps, initial=0.0, where=np.abs(shown[:-1]) <= trip))
+    if counts is not None and not 0.0 < count <= COARSEST_SHARE * most:
+        return (
+            f"one count of channel “{channel.name}” is {count:.4g} {unit} by this calibration; more than 1 % "
+            f"of the stand's {most:g} {unit}, or nothing, shows no limit"
+        )
+    return ""
+
+
+def _overload_trouble(channel: Channel, most: float) -> str:
+    overload = None if channel.plausible is None else channel.plausible.overload
+    if overload is None or overload <= OVERLOAD_FACTOR * most:
+        return ""
+    return (
+        f"overload = {overload:g} {channel.unit} of channel “{channel.name}” is above its bound of "
+        f"{OVERLOAD_FACTOR * most:g} {channel.unit} ({OVERLOAD_FACTOR:g} × force_max_kN = {most:g} kN)"
+    )
+
+
+def _thermometer_trouble(calibration: Calibration, name: str) -> str:
+    """Return where a thermometer's calibration is no correction of a DS18B20; empty if it is one."""
+    for true_C in THERMOMETER_C:
+        with np.errstate(all="ignore"):
+            shown_C = float(calibration.apply(16.0 * true_C))
+        if not abs(shown_C - true_C) <= CORRECTED_K:
+            return (
+                f"{name} would show {shown_C:.4g} °C of {true_C:g} °C by this calibration: a DS18B20 (counts "
+                f"of 1/16 °C) is off by 0.5 K, and is corrected by {CORRECTED_K:g} K at most"
+            )
+    return ""

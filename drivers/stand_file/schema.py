@@ -1,0 +1,498 @@
+"""STAND.toml: what a test stand is made of, as its users write it down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PrivateAttr,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
+
+from bufferstand.drivers.register_maps import Profile, load_profile
+from bufferstand.drivers.stand_file.amplifier_tables import (
+    AedSettings,
+    Gsv2Settings,
+    ModbusAmplifierSettings,
+)
+from bufferstand.drivers.stand_file.bounded_numbers import (
+    STAND_FORCE_KN,
+    Baud,
+    CellRange,
+    MassAccuracy,
+    MovingMass,
+    ReplyTime,
+    SampleRate,
+    SensorDelay,
+    SensorPeriod,
+    StandForce,
+    StandFrequency,
+    StandSpeed,
+    Stiffness,
+    Travel,
+    Watchdog,
+)
+from bufferstand.foundation import BadInput, curve_problem
+from bufferstand.foundation.channels import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.settings import Settings, Within, WrongKeyError
+
+CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
+    "force": ("force", "kN"),
+    "stroke_1": ("stroke", "mm"),
+    "stroke_2": ("stroke", "mm"),
+    "position": ("position", "mm"),
+    "command": ("command", "mm"),
+}
+"""Quantity and unit of each channel that the controller samples."""
+
+LONGEST_RTU_BITS = (17 + 255) * 11
+"""Bits on a line of the largest exchange: a request of function 23 and a reply of 125 registers."""
+
+CELSIUS_PER_COUNT = 0.0625
+"""Resolution of a DS18B20 at 12 bit [°C per count]."""
+
+
+def _as_tuple(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _as_pairs(value: object) -> object:
+    """Take a TOML array of arrays for a tuple of pairs."""
+    return tuple(_as_tuple(pair) for pair in value) if isinstance(value, list | tuple) else value
+
+
+class StandFacts(Settings):
+    """Which stand it is."""
+
+    id: str = Field(min_length=1)
+    name: str = ""
+    laboratory: str = ""
+    moving_mass_kg: MovingMass | None = None
+    """Mass between load cell and specimen that moves with the stroke; the evaluation corrects for it [kg]."""
+    moving_mass_accuracy_percent: MassAccuracy | None = None
+    """Limit of the error of that mass, in per cent of it; 5 % where it is not stated."""
+    force_cell: Literal["moving-side", "fixed-side"] | None = None
+    """Where the load cell is: it pushes the mass (``moving-side``, as where nothing is stated), or stands
+    behind the specimen (``fixed-side``)."""
+    tilt_max_mm: Annotated[float, Field(gt=0)] | None = None
+    """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
+
+
+class StandFileLimits(Settings):
+    """What the stand can stand; the controller gets force and stroke too."""
+
+    force_max_kN: StandForce
+    stroke_max_mm: Travel
+    frequency_max_Hz: StandFrequency
+    speed_max_mm_per_s: StandSpeed
+    machine_stiffness_kN_per_mm: Stiffness | None = None
+    """Frame, load cell and fixture in series: piston against specimen. None: not known, taken for rigid."""
+    force_speed: (
+        Annotated[
+            tuple[tuple[float, float], ...],
+            BeforeValidator(_as_pairs),
+            Within(0.0, 10_000.0, "no stand for buffers has more kN or mm/s"),
+        ]
+        | None
+    ) = None
+    """Pairs of force [kN] and the greatest speed there [mm/s]; None: ``speed_max_mm_per_s`` at any force."""
+
+    @model_validator(mode="after")
+    def _a_curve(self) -> StandFileLimits:
+        if self.force_speed is None:
+            return self
+        if problem := curve_problem(self.force_speed):
+            raise WrongKeyError(f"force_speed: {problem}", "force_speed")
+        last_kN, most_kN = self.force_speed[-1][0], self.force_max_kN
+        # A force that no stand has is refused by its own bound, which says more: newtons taken for kN.
+        if last_kN < most_kN <= STAND_FORCE_KN.high:
+            raise WrongKeyError(
+                f"force_max_kN = {most_kN:g} is more than force_speed knows of, which ends at "
+                f"{last_kN:g} kN; write force_max_kN = {last_kN:g} or less, or add to force_speed the speed "
+                f"that is left at {most_kN:g} kN",
+                "force_max_kN",
+            )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what the stand file does not state."""
+        content: dict[str, Any] = handler(self)
+        return {key: value for key, value in content.items() if value is not None}
+
+
+def _demand(channel: Channel, quantity: str, unit: str, *, place: tuple[str | int, ...]) -> None:
+    """Demand the quantity and unit that a channel of this name has everywhere in the house."""
+    if channel.quantity != quantity:
+        raise WrongKeyError(
+            f"quantity = “{channel.quantity}” is not possible for the channel “{channel.name}”; write "
+            f"quantity = “{quantity}” and unit = “{unit}”",
+            (*place, "quantity"),
+        )
+    if channel.unit != unit:
+        raise WrongKeyError(
+            f"unit = “{channel.unit}” is not possible for the channel “{channel.name}”; write unit = "
+            f"“{unit}”, and in its calibration coefficients that give {unit}",
+            (*place, "unit"),
+        )
+
+
+class ControllerSettings(Settings):
+    """The actuator controller behind Modbus TCP."""
+
+    profile: str = "ring"
+    host: str = ""
+    port: int = Field(default=502, ge=1, le=65535)
+    serial: str = ""
+    """Serial device of a controller on Modbus RTU, instead of ``host``."""
+    baud: Baud = 19200
+    parity: Literal["none", "even", "odd"] = "even"
+    stop_bits: Literal[1, 2] = 1
+    device_id: int = Field(default=1, ge=0, le=255)
+    timeout_s: ReplyTime = 0.5
+    """Longest wait for one reply [s]."""
+    watchdog_s: Watchdog = 2.0
+    """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
+    channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
+
+    @model_validator(mode="after")
+    def _one_wire(self) -> ControllerSettings:
+        if bool(self.host) == bool(self.serial):
+            raise WrongKeyError("give either host (Modbus TCP) or serial (Modbus RTU)", "host", "serial")
+        longest_s = LONGEST_RTU_BITS / self.baud
+        if self.serial and self.timeout_s < longest_s:
+            raise WrongKeyError(
+                f"timeout_s = {self.timeout_s:g} is too short: at {self.baud} baud the longest request and "
+                f"its reply take {longest_s:.2g} s on the line",
+                "timeout_s",
+                "baud",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _channels_complete(self) -> ControllerSettings:
+        names = [channel.name for channel in self.channel]
+        for number, channel in enumerate(self.channel):
+            if channel.name in names[:number]:
+                raise WrongKeyError(
+                    f"channel “{channel.name}” is there twice; leave one out", ("channel", number, "name")
+                )
+            if channel.name not in CONTROLLER_CHANNELS:
+                raise WrongKeyError(
+                    f"the controller has no channel “{channel.name}”; its channels are "
+                    + ", ".join(CONTROLLER_CHANNELS),
+                    ("channel", number, "name"),
+                )
+            wanted = CONTROLLER_CHANNELS[channel.name]
+            _demand(channel, *wanted, place=("channel", number))
+        if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
+            raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)}")
+        if self.watchdog_s < 2 * self.timeout_s:
+            raise WrongKeyError(
+                f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "
+                f"or one slow reply stops the stand; write timeout_s = {0.5 * self.watchdog_s:g} or less, or "
+                "a longer watchdog_s",
+                "watchdog_s",
+                "timeout_s",
+            )
+        return self
+
+
+class AmplifierSettings(Settings):
+    """A measuring amplifier beside the controller: on a serial line, or with registers."""
+
+    protocol: Literal["gsv2", "aed", "modbus"]
+    port: str = ""
+    """Serial device; none for Modbus TCP."""
+    baud: Baud = 38400
+    rate_Hz: SampleRate
+    """Values a second that the amplifier is set to, or asked for."""
+    range_kN: CellRange
+    """Force at the nominal range; the full scale of a GSV-2's 24-bit value is 1.05 times this."""
+    channel: Channel
+    gsv2: Gsv2Settings = Gsv2Settings()
+    aed: AedSettings = AedSettings()
+    modbus: ModbusAmplifierSettings | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> AmplifierSettings:
+        _demand(self.channel, "force", "kN", place=("channel",))
+        for table in ("gsv2", "aed", "modbus"):
+            if table in self.model_fields_set and table != self.protocol:
+                raise WrongKeyError(
+                    f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”; remove it",
+                    table,
+                    "protocol",
+                )
+        if self.protocol == "modbus" and self.modbus is None:
+            raise WrongKeyError("protocol = “modbus” needs a table [amplifier.modbus]", "protocol", "modbus")
+        if not self.port and (self.modbus is None or self.modbus.host is None):
+            raise WrongKeyError("port must name the serial device", "port")
+        if self.protocol != "modbus":
+            size = self.gsv2.bytes_per_value if self.protocol == "gsv2" else self.aed.bytes_per_value
+            bits = 11 if self.protocol == "aed" and self.aed.parity == "even" else 10
+            most = self.baud / (bits * size)
+            if self.rate_Hz > most:
+                raise WrongKeyError(
+                    f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}; "
+                    f"write rate_Hz = {math.floor(most):g} or less, or a larger baud",
+                    "rate_Hz",
+                    "baud",
+                )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _own_table(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the tables of other protocols, and one that says nothing."""
+        content: dict[str, Any] = handler(self)
+        for table in ("gsv2", "aed", "modbus"):
+            if table != self.protocol or table not in self.model_fields_set:
+                content.pop(table, None)
+        return content
+
+
+class SensorSettings(Settings):
+    """One DS18B20 and where it sits."""
+
+    rom: str = Field(
+        pattern=r"^28-[0-9a-f]{12}$",
+        description="28- and 12 hexadecimal digits in small letters, e.g. “28-00000a3f92d7”",
+    )
+    """As the kernel names it: ``28-`` and 12 lower-case hex digits."""
+    name: str = Field(pattern=r"^temperature_[1-9][0-9]*$", description="e.g. “temperature_1”")
+    place: str = Field(min_length=1)
+    role: Literal["specimen", "ambient"] = "specimen"
+    delay_s: SensorDelay = 0.0
+    calibration: Calibration = Calibration(id="DS18B20 nominal", coefficients=(0.0, CELSIUS_PER_COUNT))
+    uncertainty: ChannelUncertainty = ChannelUncertainty()
+
+    @model_validator(mode="after")
+    def _is_a_channel(self) -> SensorSettings:
+        if self.uncertainty.drift is not None:
+            raise WrongKeyError(
+                "uncertainty.drift is for force channels, not for temperature; leave it out", "uncertainty"
+            )
+        return self
+
+    def channel(self) -> Channel:
+        """Return the sensor as the one channel of its stream; counts are 1/16 °C."""
+        return Channel(
+            name=self.name,
+            quantity="temperature",
+            unit="°C",
+            place=self.place,
+            delay_s=self.delay_s,
+            calibration=self.calibration,
+            uncertainty=self.uncertainty,
+        )
+
+
+class OneWireSettings(Settings):
+    """The 1-Wire sensors."""
+
+    kind: Literal["w1", "ds2480b"]
+    """The kernel's 1-Wire folder, or a serial adapter with a DS2480B (DS9097U)."""
+    root: str = "/sys/bus/w1/devices"
+    """Folder of ``w1``."""
+    access: Literal["w1_slave", "temperature", "bulk"] = "w1_slave"
+    """How the folder is read; ``bulk`` converts all sensors at once."""
+    bulk_master: str = "w1_bus_master1"
+    """Folder of the bus master that has ``therm_bulk_read``."""
+    port: str = ""
+    """Serial device of ``ds2480b``."""
+    parasite: bool = False
+    """Whether sensors without a supply wire hang on the adapter: strong pull-up while they convert."""
+    period_s: SensorPeriod = 1.0
+    sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _all_different(self) -> OneWireSettings:
+        for what in ("rom", "name", "place"):
+            values = [getattr(sensor, what) for sensor in self.sensor]
+            for number, value in enumerate(values):
+                if value in values[:number]:
+                    raise WrongKeyError(
+                        f"two sensors have the {what} “{value}”; give each its own", ("sensor", number, what)
+                    )
+        if (self.kind == "ds2480b") != bool(self.port):
+            raise WrongKeyError(
+                "port names the serial device of kind = “ds2480b”, and only of that", "port", "kind"
+            )
+        return self
+
+    @model_serializer(mode="wrap")
+    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out the keys of other kinds that say nothing."""
+        content: dict[str, Any] = handler(self)
+        for key in ("access", "bulk_master", "port", "parasite"):
+            if key not in self.model_fields_set:
+                content.pop(key, None)
+        return content
+
+
+class StandFile(Settings):
+    """A checked STAND.toml. ``model_dump`` gives it back as written, without this machine's folders."""
+
+    stand: StandFacts
+    limits: StandFileLimits
+    controller: ControllerSettings
+    amplifier: AmplifierSettings | None = None
+    temperature: OneWireSettings | None = None
+    simulation: dict[str, Any] | None = None
+    """Only the simulated stand reads it, and checks it."""
+    _path: Path = PrivateAttr(default=Path("stand.toml"))
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> StandFile:
+        names = [channel.name for channel in self.controller.channel]
+        if self.amplifier is not None:
+            names.append(self.amplifier.channel.name)
+        if self.temperature is not None:
+            names += [sensor.name for sensor in self.temperature.sensor]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"two channels of the stand have the name “{name}”; give each its own")
+        return self
+
+    @property
+    def path(self) -> Path:
+        """The file it was read from."""
+        return self._path
+
+    @property
+    def folder(self) -> Path:
+        """Folder that relative paths in it start from."""
+        return self._path.parent
+
+    def profile(self) -> Profile:
+        """Return the controller's register profile.
+
+        Raises
+        ------
+        BadInput
+            If there is none of that name, or it breaks its schema.
+        """
+        try:
+            return load_profile(self.controller.profile, self.folder)
+        except BadInput as error:
+            if error.file is not None:
+                raise
+            raise BadInput(
+                error.problem, file=self._path, place="controller.profile", remedy=error.remedy
+            ) from None
+
+    def controller_serial(self) -> Path | None:
+        """Return the controller's serial device, if it is on Modbus RTU."""
+        return self.folder / self.controller.serial if self.controller.serial else None
+
+    def amplifier_port(self) -> Path | None:
+        """Return the amplifier's serial device, if there is an amplifier."""
+        if self.amplifier is None or not self.amplifier.port:
+            return None
+        return self.folder / self.amplifier.port
+
+    def w1_root(self) -> Path | None:
+        """Return the folder of the 1-Wire devices, if there are any."""
+        if self.temperature is None or self.temperature.kind != "w1":
+            return None
+        return self.folder / self.temperature.root
+
+    def onewire_port(self) -> Path | None:
+        """Return the serial device of the 1-Wire adapter, if there is one."""
+        if self.temperature is None or self.temperature.kind != "ds2480b":
+            return None
+        return self.folder / self.temperature.port
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """Where a simulated stand serves its wires; ``None`` keeps what the stand file says.
+
+    Parameters
+    ----------
+    host, port
+        Of the controller's Modbus TCP server.
+    amplifier_port : Path
+        The amplifier's serial device.
+    w1_root : Path
+        Folder of the 1-Wire devices.
+    controller_serial : Path
+        The controller's serial device, where it is on Modbus RTU.
+    onewire_port : Path
+        Serial device of the 1-Wire adapter, where there is one.
+    amplifier_host, amplifier_tcp_port
+        Of the amplifier, where it is on Modbus TCP.
+    timeout_s : float
+        Longest wait for a reply over TCP [s]: a served stand shares a computer, and may be starved.
+    """
+
+    host: str | None = None
+    port: int | None = None
+    amplifier_port: Path | None = None
+    w1_root: Path | None = None
+    controller_serial: Path | None = None
+    onewire_port: Path | None = None
+    amplifier_host: str | None = None
+    amplifier_tcp_port: int | None = None
+    timeout_s: float | None = None
+
+
+def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
+    """Return the same stand with the relative paths of its devices starting from another folder.
+
+    For a copy of a stand file: its devices lie where they lay for the original.
+    """
+    amplifier, temperature = stand_file.amplifier, stand_file.temperature
+    return with_endpoints(
+        stand_file,
+        Endpoints(
+            amplifier_port=None if amplifier is None or not amplifier.port else folder / amplifier.port,
+            w1_root=None if temperature is None else folder / temperature.root,
+            onewire_port=None if temperature is None or not temperature.port else folder / temperature.port,
+            controller_serial=folder / stand_file.controller.serial if stand_file.controller.serial else None,
+        ),
+    )
+
+
+def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
+    """Return the same stand on other wires: those of a simulated stand.
+
+    For the run file keep the original: its paths belong to no machine.
+    """
+    controller = stand_file.controller.model_copy(
+        update={
+            key: value
+            for key, value in (("host", endpoints.host), ("port", endpoints.port))
+            if value is not None
+        }
+    )
+    patient = {} if endpoints.timeout_s is None else {"timeout_s": endpoints.timeout_s}
+    if controller.serial and endpoints.controller_serial is not None:
+        controller = controller.model_copy(update={"serial": str(endpoints.controller_serial.absolute())})
+    elif not controller.serial:
+        controller = controller.model_copy(update=patient)
+    changes: dict[str, Any] = {"controller": controller}
+    amplifier = stand_file.amplifier
+    if amplifier is not None and amplifier.port and endpoints.amplifier_port is not None:
+        changes["amplifier"] = amplifier.model_copy(update={"port": str(endpoints.amplifier_port.absolute())})
+    elif amplifier is not None and amplifier.modbus is not None and endpoints.amplifier_host is not None:
+        where = {"host": endpoints.amplifier_host, "tcp_port": endpoints.amplifier_tcp_port} | patient
+        changes["amplifier"] = amplifier.model_copy(
+            update={"modbus": amplifier.modbus.model_copy(update=where)}
+        )
+    temperature = stand_file.temperature
+    if temperature is not None and temperature.kind == "w1" and endpoints.w1_root is not None:
+        changes["temperature"] = temperature.model_copy(update={"root": str(endpoints.w1_root.absolute())})
+    if temperature is not None and temperature.port and endpoints.onewire_port is not None:
+        changes["temperature"] = temperature.model_copy(
+            update={"port": str(endpoints.onewire_port.absolute())}
+        )
+    return stand_file.model_copy(update=changes)

@@ -1,1 +1,0 @@
-"""Which runs of a specimen are its conformity test, and which only state characteristics."""

@@ -1,0 +1,152 @@
+"""The two draw wires of a stand: their mean is the stroke, their difference is a check of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bufferstand.evaluation.facts import DrawWires, FailedWire, RunFacts
+from bufferstand.evaluation.numerics import FloatArray
+from bufferstand.evaluation.record import Record
+from bufferstand.foundation.channels import ChannelUncertainty
+
+BLOCKS = 200
+"""A record is looked at in so many stretches; a wire that stands still while the other moves is out."""
+STILL = 0.1
+"""Still: moving less than this share of what the other wire moves."""
+LEAST_MOTION = 0.25
+"""A stretch tells when the other wire moves by this share of its largest motion in any stretch …"""
+LEAST_MOTION_MM = 0.5
+"""… and by at least this much (far above the noise of a wire)."""
+SLIPS = 0.5
+"""A stretch in which one step makes this share of a wire's motion tells nothing: the wire slipped there."""
+_LOOKED_AT = 50
+"""Of a longer stretch, about so many samples are looked at."""
+_MOST_FITTED = 100_000
+"""The straight line of the difference over stroke is fitted to at most so many samples, evenly picked."""
+
+
+def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, DrawWires | None]:
+    """Compare the draw wires of a run; where one is out, let the other alone be the stroke.
+
+    Parameters
+    ----------
+    record : Record
+    facts : RunFacts
+
+    Returns
+    -------
+    (Record, RunFacts, DrawWires or None)
+        The same record and facts, but for a wire that is out: then the stroke is that of the other one, and
+        so is its uncertainty. None where the record has no two wires.
+    """
+    difference = record.wire_difference_mm
+    if difference is None or difference.size == 0:
+        return record, facts, None
+    # Where the wires' delays differ, the first and last samples of a stretch have no common instant.
+    if not np.isfinite(np.sum(difference)):
+        difference = np.where(np.isfinite(difference), difference, 0.0)
+    peak = max(int(np.argmax(difference)), int(np.argmin(difference)), key=lambda row: abs(difference[row]))
+    largest, at_s = float(abs(difference[peak])), float(record.time_s[peak])
+    furthest_mm = max(float(np.max(record.stroke_mm)), -float(np.min(record.stroke_mm)))
+    limit = difference_limit_mm(facts.stroke_uncertainty, furthest_mm)
+    out = _wire_out(record.stroke_mm, difference)
+    if out is not None:
+        number, row = out
+        other = 3 - number
+        since = float(record.time_s[row])
+        sign = 0.5 if other == 1 else -0.5
+        stated = facts.stroke_uncertainty
+        text = (
+            f"draw wire stroke_{number} stands still from {since:.4g} s on while stroke_{other} moves: "
+            f"broken or stuck; the stroke is stroke_{other} alone, without the tilt"
+        )
+        gone = (FailedWire(f"stroke_{number}", since),)
+        wires = DrawWires(largest, at_s, None, None, None, limit, gone, warnings=(text,))
+        return (
+            replace(record, stroke_mm=record.stroke_mm + sign * difference),
+            replace(
+                facts,
+                stroke_uncertainty=(stated[other - 1],) if len(stated) == 2 else stated,
+                stroke_identities=facts.stroke_identities[other - 1 : other],
+            ),
+            wires,
+        )
+    line = _line(record.stroke_mm, difference)
+    warnings = []
+    if limit is None:
+        warnings.append("no limit for the difference of the draw wires: the channels state no linearity")
+    elif largest > limit:
+        parts = "" if line is None else f"; {line[0]:+.2g} mm at stroke 0, {line[1]:+.2%} of the stroke"
+        warnings.append(
+            f"the draw wires differ by up to {largest:.3g} mm at {at_s:.4g} s (limit {limit:.3g} mm{parts}): "
+            "tilt, a slack wire or a wrong calibration"
+        )
+    if line is None:
+        warnings.append("no offset and scale of the draw wires: the stroke does not move")
+    offset, mismatch, remaining = line or (None, None, None)
+    return (
+        record,
+        facts,
+        DrawWires(largest, at_s, offset, mismatch, remaining, limit, warnings=tuple(warnings)),
+    )
+
+
+def difference_limit_mm(wires: Sequence[ChannelUncertainty], stroke_mm: float) -> float | None:
+    """Return the largest difference that two wires within their stated limits can show [mm], or None.
+
+    Sum over both of zero, linearity and accuracy at the largest stroke (half-widths of the data sheet).
+    """
+    if len(wires) != 2 or any(w.linearity is None and w.accuracy_percent is None for w in wires):
+        return None
+    return sum(
+        (w.linearity or 0.0) + (w.zero or 0.0) + 0.01 * (w.accuracy_percent or 0.0) * stroke_mm for w in wires
+    )
+
+
+def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, float, float] | None:
+    """Return offset [mm], slope, and the largest remaining difference [mm] of the line over stroke."""
+    every = -(-stroke_mm.size // _MOST_FITTED)
+    stroke, difference = stroke_mm[::every], difference_mm[::every]
+    mean, mean_difference = float(np.mean(stroke)), float(np.mean(difference))
+    centred = stroke - mean
+    spread = float(np.dot(centred, centred))
+    if float(np.ptp(centred)) < LEAST_MOTION_MM or spread == 0.0:
+        return None
+    slope = float(np.dot(centred, difference)) / spread
+    centred *= -slope
+    centred += difference  # in place: fresh memory for what the line leaves would cost more than the sums
+    remaining = max(float(np.max(centred)) - mean_difference, mean_difference - float(np.min(centred)))
+    return mean_difference - slope * mean, slope, remaining
+
+
+def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
+    """Return which wire (1 or 2) stands still while the other moves, and the row from which on; or None."""
+    rows = mean_mm.size // min(BLOCKS, max(1, mean_mm.size // 8))
+    blocks = mean_mm.size // rows
+    every = max(1, rows // _LOOKED_AT)
+    mean, difference = (
+        column[: blocks * rows].reshape(blocks, rows)[:, ::every] for column in (mean_mm, difference_mm)
+    )
+    wires = mean + 0.5 * difference, mean - 0.5 * difference
+    moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in wires]
+    one, two = moved
+    larger = np.maximum(one, two)
+    starts = rows * np.arange(blocks)
+    tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
+    for number, own, other in ((1, one, two), (2, two, one)):
+        still = tells & (own < STILL * other)
+        for row in starts[still].tolist():
+            # The stretch in which the wire went may hold some of its motion: it is out from there on.
+            if not _leaps(mean_mm, difference_mm, slice(row, row + rows), other=3 - number):
+                return number, row
+    return None
+
+
+def _leaps(mean_mm: FloatArray, difference_mm: FloatArray, part: slice, *, other: int) -> bool:
+    """Say whether what a wire moves by in a stretch is one step, as of a wire that slips, and no motion."""
+    sign = 0.5 if other == 1 else -0.5
+    wire = mean_mm[part] + sign * difference_mm[part]
+    return bool(np.max(np.abs(np.diff(wire))) > SLIPS * np.ptp(wire))

@@ -1,0 +1,62 @@
+"""The content of a report as plain data, and numbers as a report prints them."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.evaluation.report.content.content import (
+        DASH,
+        Block,
+        Cell,
+        Column,
+        Content,
+        Picture,
+        Section,
+        Sheet,
+        Signature,
+        Signatures,
+        Table,
+        Texts,
+        Tone,
+        VerdictLine,
+    )
+    from bufferstand.evaluation.report.content.numbers import (
+        fixed,
+        limits_text,
+        measured_cell,
+        moment_of,
+        moment_text,
+        probability_text,
+        quantity_cell,
+        significant,
+        usable,
+    )
+
+__all__ = [
+    "DASH",
+    "Block",
+    "Cell",
+    "Column",
+    "Content",
+    "Picture",
+    "Section",
+    "Sheet",
+    "Signature",
+    "Signatures",
+    "Table",
+    "Texts",
+    "Tone",
+    "VerdictLine",
+    "fixed",
+    "limits_text",
+    "measured_cell",
+    "moment_of",
+    "moment_text",
+    "probability_text",
+    "quantity_cell",
+    "significant",
+    "usable",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -1,0 +1,287 @@
+"""What a report says, as plain data: HTML and PDF are rendered from the same content and compute nothing.
+
+Every number is already text, rounded and with its unit; a missing one is a dash, its reason in a footnote.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+from bufferstand.evaluation.figures import Plot
+from bufferstand.foundation.files import content_hash
+
+SCHEMA = "bufferstand/report/1"
+DASH = "—"
+
+Tone = Literal["text", "number", "missing", "good", "bad", "open", "code"]
+"""How a cell is set: ``good`` passes, ``bad`` fails or is invalid, ``open`` is neither."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One entry of a table or fact sheet; ``why`` is the reason of a missing value."""
+
+    text: str
+    tone: Tone = "text"
+    why: str = ""
+
+    def __post_init__(self) -> None:
+        if self.tone == "missing" and not self.why:
+            raise ValueError("a missing value must say why it is missing")
+
+
+@dataclass(frozen=True)
+class Column:
+    """Heading and unit of a column."""
+
+    title: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; missing values are explained below it, each reason once.
+
+    Raises
+    ------
+    ValueError
+        If a row has not as many cells as there are columns.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row) != len(self.columns):
+                raise ValueError(f"table “{self.title}”: {len(row)} cells for {len(self.columns)} columns")
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Facts with their names, one below the other."""
+
+    title: str
+    facts: tuple[tuple[str, Cell], ...]
+
+
+@dataclass(frozen=True)
+class Texts:
+    """Paragraphs, or the entries of a list."""
+
+    items: tuple[str, ...]
+    listed: bool = False
+
+
+@dataclass(frozen=True)
+class VerdictLine:
+    """A run's verdict, the sentence that says why, and the points that it rests on."""
+
+    verdict: Cell
+    subject: str
+    sentence: str
+    points: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure: its caption, what a person who cannot see it is told, and the numbers behind it."""
+
+    number: int
+    caption: str
+    alt: str
+    plot: Plot
+    numbers: Table
+
+
+@dataclass(frozen=True)
+class Signature:
+    """Who answers for what; an empty name is a line to sign on."""
+
+    role: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Signatures:
+    """The signatures at the end."""
+
+    entries: tuple[Signature, ...]
+
+
+Block = Table | Sheet | Texts | VerdictLine | Picture | Signatures
+_KINDS: dict[type, str] = {
+    Table: "table",
+    Sheet: "sheet",
+    Texts: "texts",
+    VerdictLine: "verdict",
+    Picture: "picture",
+    Signatures: "signatures",
+}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A headed part of the report; ``id`` is its anchor."""
+
+    id: str
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Content:
+    """A whole report.
+
+    Parameters
+    ----------
+    title, subtitle : str
+        What is reported on.
+    notices : tuple of str
+        What must be seen before anything else: a simulated stand, stopped runs.
+    missing : tuple of str
+        What the report still lacks to be one of ISO/IEC 17025; if there is anything, it is a draft.
+    head : Sheet
+        Identification.
+    sections : tuple of Section
+        In order.
+    ended : str
+        End of the last run, ISO 8601, the date of the document; empty if no run has one.
+    software : str
+        Name and version that made it.
+    """
+
+    title: str
+    subtitle: str
+    notices: tuple[str, ...]
+    missing: tuple[str, ...]
+    head: Sheet
+    sections: tuple[Section, ...]
+    ended: str
+    software: str
+
+    @cached_property
+    def report_id(self) -> str:
+        """The report's name: a hash of all that it says and shows, so that another content has another id."""
+        return "BR-" + content_hash(_plain(self))[:12]
+
+    def pictures(self) -> tuple[Picture, ...]:
+        """Return the figures in the order of their numbers."""
+        return tuple(
+            block for section in self.sections for block in section.blocks if isinstance(block, Picture)
+        )
+
+    def document(self) -> dict[str, Any]:
+        """Return the content as a JSON object for the renderers; figures by number, without their data.
+
+        Returns
+        -------
+        dict
+            The content with ``schema`` and ``report_id``; each block with its ``kind``; each missing value
+            with the letter of its footnote, each table with its ``footnotes``.
+        """
+        return {
+            "schema": SCHEMA,
+            "report_id": self.report_id,
+            "title": self.title,
+            "subtitle": self.subtitle,
+            "notices": list(self.notices),
+            "missing": list(self.missing),
+            "head": _block(self.head),
+            "sections": [
+                {"id": section.id, "title": section.title, "blocks": [_block(b) for b in section.blocks]}
+                for section in self.sections
+            ],
+            "ended": self.ended,
+            "software": self.software,
+        }
+
+
+def _plain(value: object) -> object:
+    """Return everything that the report says and shows as JSON, for its hash."""
+    if isinstance(value, Plot):
+        return value.facts()
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    if hasattr(value, "__dataclass_fields__"):
+        inner = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        return {"is": type(value).__name__, **inner}
+    return value
+
+
+def _block(block: Block) -> dict[str, Any]:
+    out: dict[str, Any] = {"kind": _KINDS[type(block)]}
+    match block:
+        case Table():
+            out |= _table(block)
+        case Sheet():
+            notes = _Footnotes()
+            out |= {
+                "title": block.title,
+                "facts": [{"name": name, **notes.cell(cell)} for name, cell in block.facts],
+                "footnotes": notes.entries(),
+            }
+        case Texts():
+            out |= {"items": list(block.items), "listed": block.listed}
+        case VerdictLine():
+            out |= {
+                "verdict": _Footnotes().cell(block.verdict),
+                "subject": block.subject,
+                "sentence": block.sentence,
+                "points": list(block.points),
+            }
+        case Picture():
+            out |= {
+                "number": block.number,
+                "caption": block.caption,
+                "alt": block.alt,
+                "numbers": _table(block.numbers),
+            }
+        case Signatures():
+            out |= {"entries": [{"role": e.role, "name": e.name} for e in block.entries]}
+    return out
+
+
+def _table(table: Table) -> dict[str, Any]:
+    notes = _Footnotes()
+    return {
+        "title": table.title,
+        "columns": [
+            {"title": column.title, "unit": column.unit, "numeric": _is_numeric(table, number)}
+            for number, column in enumerate(table.columns)
+        ],
+        "rows": [[notes.cell(cell) for cell in row] for row in table.rows],
+        "note": table.note,
+        "footnotes": notes.entries(),
+    }
+
+
+def _is_numeric(table: Table, number: int) -> bool:
+    """Say whether a column holds numbers, so that its heading stands over them."""
+    tones = {row[number].tone for row in table.rows}
+    return "number" in tones and tones <= {"number", "missing"}
+
+
+class _Footnotes:
+    """Letters for reasons: the same reason has the same letter within one table."""
+
+    def __init__(self) -> None:
+        self._letters: dict[str, str] = {}
+
+    def cell(self, cell: Cell) -> dict[str, str]:
+        letter = ""
+        if cell.why:
+            letter = self._letters.setdefault(cell.why, _letter(len(self._letters)))
+        return {"text": cell.text, "tone": cell.tone, "note": letter}
+
+    def entries(self) -> list[dict[str, str]]:
+        return [{"letter": letter, "why": why} for why, letter in self._letters.items()]
+
+
+def _letter(number: int) -> str:
+    first, second = divmod(number, 26)
+    return (chr(ord("a") + first - 1) if first else "") + chr(ord("a") + second)

@@ -1,0 +1,115 @@
+"""Numbers as a report prints them: as many digits as they deserve, with unit and uncertainty, never a NaN."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime
+
+from bufferstand.evaluation.catalogue import QUANTITIES, Rounding
+from bufferstand.evaluation.report.content.content import DASH, Cell
+
+_ROUNDINGS = {entry.name: entry.rounding for entry in QUANTITIES} | {"temperature_C": Rounding(1)}
+_SIGNIFICANT = 4
+_MOST_DECIMALS = 4
+_MINUS = "−"
+
+
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with so many decimals, a true minus sign, and no negative zero."""
+    text = f"{value:.{decimals}f}"
+    if text.startswith("-"):
+        text = _MINUS + text[1:] if float(text) != 0.0 else text[1:]
+    return text
+
+
+def significant(value: float, digits: int = _SIGNIFICANT) -> str:
+    """Return a number with so many significant digits, never in exponent form above 1e-6."""
+    if value == 0.0:
+        return "0"
+    decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    text = fixed(round(value, decimals), max(0, decimals))
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def with_uncertainty(value: float, expanded: float) -> str:
+    """Return ``value ± U``: U with two significant digits, the value to the same place (GUM 7.2.6)."""
+    if expanded <= 0.0:
+        return significant(value)
+    decimals = max(0, 1 - math.floor(math.log10(expanded)))
+    return f"{fixed(value, decimals)} ± {fixed(expanded, decimals)}"
+
+
+def usable(value: object) -> float | None:
+    """Return ``value`` as a finite number, or None if it is none: a NaN must never be printed."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return float(value) if math.isfinite(value) else None
+
+
+def quantity_cell(name: str, value: object, why: str) -> Cell:
+    """Return a result by its name in the evaluation document, with that quantity's decimals.
+
+    Parameters
+    ----------
+    name : str
+        As in the evaluation document, e.g. ``force_max_kN``.
+    value : float or None
+        The value; None or not finite is shown as a dash.
+    why : str
+        Why it is missing, if it is.
+    """
+    number = usable(value)
+    if number is None:
+        return Cell(DASH, "missing", why)
+    rounding = _ROUNDINGS[name]
+    if rounding.significant is not None:
+        return Cell(significant(number, rounding.significant), "number")
+    return Cell(fixed(number, rounding.decimals + (abs(number) < rounding.finer_below)), "number")
+
+
+def measured_cell(value: object, expanded: object, why: str) -> Cell:
+    """Return ``value ± U``, the value alone where no uncertainty is known, or a dash and why."""
+    number, uncertainty = usable(value), usable(expanded)
+    if number is None:
+        return Cell(DASH, "missing", why)
+    if uncertainty is None:
+        # Without an uncertainty nothing says how many digits count; the sixth decimal surely does not.
+        return Cell(significant(round(number, _MOST_DECIMALS)), "number")
+    return Cell(with_uncertainty(number, uncertainty), "number")
+
+
+def limits_text(lower: object, upper: object) -> str:
+    """Return ``10 … 50``, ``≥ 12 500``, ``≤ 50`` or a dash where a requirement has no numbers."""
+    low, high = usable(lower), usable(upper)
+    if low is not None and high is not None:
+        return f"{significant(low)} … {significant(high)}"
+    if low is not None:
+        return f"≥ {significant(low)}"
+    return DASH if high is None else f"≤ {significant(high)}"
+
+
+def probability_text(value: float) -> str:
+    """Return a conformance probability in per cent, never rounded to certainty."""
+    if value > 0.999:
+        return "> 99.9 %"
+    return "< 0.1 %" if value < 0.001 else f"{100.0 * value:.1f} %"
+
+
+def moment_text(value: object) -> str | None:
+    """Return an ISO 8601 moment as ``2026-03-05 14:02:11 UTC``, or None if it is none."""
+    moment = moment_of(value)
+    if moment is None:
+        return None
+    zone = moment.strftime("%z")
+    shown = "UTC" if zone in {"", "+0000"} else f"UTC{zone[:3]}:{zone[3:]}"
+    return f"{moment:%Y-%m-%d %H:%M:%S} {shown}"
+
+
+def moment_of(value: object) -> datetime | None:
+    """Return a moment given as ISO 8601 text, or None if it is missing or no moment."""
+    if not isinstance(value, str) or not value:
+        return None
+    try:
+        return datetime.fromisoformat(value)
+    except ValueError:
+        return None

@@ -1,0 +1,22 @@
+"""Figures of a report, with their captions and the numbers behind them."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.evaluation.report.pictures.comparison import (
+        comparison_pictures,
+    )
+    from bufferstand.evaluation.report.pictures.gallery import (
+        figures_section,
+        numbered_section,
+    )
+
+__all__ = [
+    "comparison_pictures",
+    "figures_section",
+    "numbered_section",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

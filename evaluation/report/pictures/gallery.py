@@ -1,0 +1,256 @@
+"""The figures of a report, each with its caption, what it shows in words, and the numbers behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bufferstand.evaluation.catalogue import QUANTITIES
+from bufferstand.evaluation.figures import (
+    LoopCurve,
+    Plot,
+    Window,
+    amplitude_loops,
+    dynamic_loops,
+    frequency_loops,
+    labelled_loops,
+    static_loops,
+)
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Picture,
+    Section,
+    Table,
+    Texts,
+    fixed,
+    significant,
+    usable,
+)
+from bufferstand.evaluation.report.pictures.draft import DraftPicture
+from bufferstand.evaluation.report.pictures.model import model_pictures
+from bufferstand.evaluation.report.pictures.timelines import timeline_pictures
+from bufferstand.evaluation.report.pictures.trends import runs_of_trend, trend_pictures
+from bufferstand.evaluation.report.sections import as_recorded, columns, cycle_head, value_cell, worst
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, at_strokes, loop_of, runs_text
+
+_LEVEL_STEP_MM = 10.0
+_LOOP_COLUMNS = QUANTITIES.that(lambda entry: entry.shown.beside_loops)
+
+
+def figures_section(source: ReportSource) -> Section:
+    """Return every figure that the runs give something to show in."""
+    pictures = [
+        *_static_pictures(source),
+        *_dynamic_pictures(source),
+        *trend_pictures(source),
+        *_temperature_pictures(source),
+        *timeline_pictures(source),
+        *(model_pictures(source.runs, source.modelled) if source.modelled else ()),
+    ]
+    return numbered_section(pictures)
+
+
+def numbered_section(pictures: Sequence[DraftPicture]) -> Section:
+    """Return the section of figures, numbered in their order."""
+    numbered = tuple(
+        Picture(number, one.caption, one.alt, one.plot, one.numbers)
+        for number, one in enumerate(pictures, start=1)
+    )
+    if not numbered:
+        return Section("figures", "Figures", (Texts(("No run holds samples that could be drawn.",)),))
+    return Section("figures", "Figures", numbered)
+
+
+def _static_pictures(source: ReportSource) -> list[DraftPicture]:
+    pictures = []
+    for run in source.runs:
+        if run.kind == "harmonic":
+            continue
+        cycles = [cycle for cycle in run.cycles if cycle.get("complete")] or run.cycles
+        loops = [loop for cycle in cycles if (loop := loop_of(run, cycle)) is not None]
+        if not loops:
+            continue
+        windows = _windows(run)
+        limits = f" with the permitted ranges of {_source_of_windows(run)}" if windows else ""
+        top = max(loops, key=lambda loop: float(np.nanmax(loop.stroke_mm)))
+        force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
+        count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
+        pictures.append(
+            DraftPicture(
+                caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
+                alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
+                + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
+                plot=static_loops(loops, windows, _source_of_windows(run)),
+                numbers=_levels_table(loops),
+            )
+        )
+    return pictures
+
+
+def _source_of_windows(run: ReportRun) -> str:
+    """Return standard and clause, or the source, that the force windows are from."""
+    sources = dict.fromkeys(
+        ", ".join(str(part) for part in (r["standard"], r.get("clause") or r.get("source")) if part)
+        for r in run.requirements
+        if usable(r.get("stroke_mm")) is not None
+    )
+    return "; ".join(sources)
+
+
+def _windows(run: ReportRun) -> list[Window]:
+    """Return the permitted force ranges with what was measured in all cycles, and the gravest verdict.
+
+    A window that the limit set leaves open to one side is tabled and not drawn.
+    """
+    by_id: dict[tuple[float, str], list[Mapping[str, Any]]] = {}
+    for requirement in run.requirements:
+        if (stroke_mm := usable(requirement.get("stroke_mm"))) is not None:
+            by_id.setdefault((stroke_mm, str(requirement["id"])), []).append(requirement)
+    windows = []
+    for (at, _), requirements in sorted(by_id.items()):
+        lower, upper = (usable(requirements[0].get(key)) for key in ("lower_limit", "upper_limit"))
+        if lower is None or upper is None:
+            continue
+        measured = tuple(
+            value
+            for requirement in requirements
+            if (value := usable(requirement.get("measured"))) is not None
+        )
+        verdict = worst([str(requirement["verdict"]) for requirement in requirements])
+        label = f"{'preload ' if at == 0.0 else ''}{lower:g}–{upper:g}"
+        if not measured:
+            label += f"\n{verdict.replace('-', ' ')}"
+        windows.append(Window(at, lower, upper, measured, verdict, label))
+    return windows
+
+
+def _levels_table(loops: Sequence[LoopCurve]) -> Table:
+    """Return the forces of each loop at round strokes."""
+    reach = max(float(np.nanmax(loop.stroke_mm)) for loop in loops)
+    levels = [_LEVEL_STEP_MM * step for step in range(1, int(reach // _LEVEL_STEP_MM) + 1)]
+    read = [at_strokes(loop, levels) for loop in loops]
+    rows = []
+    for number, level in enumerate(levels):
+        cells = [Cell(f"{level:g}", "number")]
+        for forces in read:
+            for force in forces[number]:
+                missing = Cell(
+                    DASH, "missing", "the cycle does not reach this stroke, or samples are missing"
+                )
+                cells.append(missing if force is None else Cell(fixed(force, 1), "number"))
+        rows.append(tuple(cells))
+    columns = [Column("Stroke", "mm")]
+    for loop in loops:
+        columns += [
+            Column(f"Cycle {loop.cycle} loading", "kN"),
+            Column(f"Cycle {loop.cycle} unloading", "kN"),
+        ]
+    return Table("Force at round strokes", tuple(columns), tuple(rows))
+
+
+def _dynamic_pictures(source: ReportSource) -> list[DraftPicture]:
+    shown = {
+        run.number: (run, cycle, loop)
+        for run in source.runs
+        if run.kind == "harmonic"
+        and (cycle := run.shown_cycle()) is not None
+        and (loop := loop_of(run, cycle)) is not None
+    }
+    if not shown:
+        return []
+    static, over = _static_loop(source)
+    pictures = [
+        _loops_picture(
+            list(shown.values()),
+            f"Dynamic loops of {runs_text(shown)}{over}.",
+            dynamic_loops([loop for _, _, loop in shown.values()], static),
+        )
+    ]
+    for quantity in ("damping", "tangent_stiffness"):
+        for trend in source.document.get("trends") or []:
+            numbers = [number for number in runs_of_trend(source, trend) if number in shown]
+            varies = usable(trend.get("amplitude_mm")) is None
+            if trend.get("quantity") != quantity or len(numbers) < 2 or varies is (quantity == "damping"):
+                continue
+            chosen = [shown[number] for number in numbers]
+            loops = [loop for _, _, loop in chosen]
+            over_static = f",{over}" if over else ""
+            if varies:
+                caption = (
+                    f"Loops at constant prestress and several amplitudes, {_conditions(trend)}{over_static}."
+                )
+                pictures.append(_loops_picture(chosen, caption, amplitude_loops(loops, static)))
+            else:
+                constant = "constant prestress and amplitude and several frequencies"
+                caption = f"Loops at {constant}, {_conditions(trend)}{over_static}."
+                pictures.append(_loops_picture(chosen, caption, frequency_loops(loops, static)))
+    return pictures
+
+
+def _temperature_pictures(source: ReportSource) -> list[DraftPicture]:
+    """Return a figure for each comparison of runs of one step at several temperatures."""
+    pictures = []
+    for comparison in source.document.get("temperature_comparisons") or []:
+        loops, labels = [], []
+        for entry in (comparison["reference"], *comparison["runs"]):
+            run = next((run for run in source.runs if run.id == entry["run"]), None)
+            cycle = None if run is None else run.shown_cycle()
+            loop = None if run is None or cycle is None else loop_of(run, cycle)
+            if run is not None and loop is not None:
+                loops.append(loop)
+                labels.append(f"{fixed(entry['temperature_C'], 1)} °C (run {run.number})")
+        if len(loops) < 2:
+            continue
+        pictures.append(
+            DraftPicture(
+                caption=f"Force over stroke of the same step at {len(loops)} temperatures of the specimen.",
+                alt=f"Force–stroke loops at {', '.join(labels)}; the numbers are tabulated.",
+                plot=labelled_loops(loops, labels),
+                numbers=as_recorded(source, comparison),
+            )
+        )
+    return pictures
+
+
+def _conditions(trend: Mapping[str, Any]) -> str:
+    prestress, amplitude = usable(trend.get("prestress_mm")), usable(trend.get("amplitude_mm"))
+    text = "prestress unknown" if prestress is None else f"prestress {significant(prestress, 3)} mm"
+    return text if amplitude is None else f"{text}, amplitude {significant(amplitude, 3)} mm"
+
+
+def _static_loop(source: ReportSource) -> tuple[LoopCurve | None, str]:
+    """Return the quasi-static cycle to draw dynamic loops over, and how the caption names it."""
+    for run in source.runs:
+        cycle = run.shown_cycle() if run.kind == "static" else None
+        loop = loop_of(run, cycle) if cycle is not None else None
+        if loop is not None:
+            return loop, f" over the quasi-static cycle {loop.cycle} of run {run.number} (dotted)"
+    return None, ""
+
+
+def _loops_picture(
+    chosen: Sequence[tuple[ReportRun, Mapping[str, Any], LoopCurve]], caption: str, plot: Plot
+) -> DraftPicture:
+    highest = max(float(np.nanmax(loop.force_kN)) for _, _, loop in chosen)
+    rows = []
+    for run, cycle, _ in chosen:
+        rows.append((*cycle_head(run, cycle), *(value_cell(entry, cycle) for entry in _LOOP_COLUMNS)))
+    return DraftPicture(
+        caption=caption,
+        alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
+        plot=plot,
+        numbers=Table(
+            "The cycles drawn",
+            (
+                Column("Run"),
+                Column("Cycle"),
+                Column("State"),
+                *columns(_LOOP_COLUMNS),
+            ),
+            tuple(rows),
+        ),
+    )

@@ -1,0 +1,145 @@
+"""Figures of damping and tangent stiffness over frequency, from the trends of the evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bufferstand.evaluation.catalogue import QUANTITIES
+from bufferstand.evaluation.figures import TrendSeries, trend_plot
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Table,
+    measured_cell,
+    quantity_cell,
+    significant,
+    usable,
+)
+from bufferstand.evaluation.report.pictures.draft import DraftPicture
+from bufferstand.evaluation.report.source import ReportSource
+
+
+def runs_of_trend(source: ReportSource, trend: Mapping[str, Any]) -> list[int]:
+    """Return the numbers of a trend's runs in this report."""
+    wanted = [str(run) for run in trend.get("runs") or []]
+    return [run.number for identifier in wanted for run in source.runs if run.id == identifier]
+
+
+def trend_pictures(source: ReportSource) -> list[DraftPicture]:
+    """Return one figure a quantity with all its series, where there are any."""
+    pictures = []
+    for entry in QUANTITIES.that(lambda entry: entry.shown.trend):
+        trended, unit = entry.trended, entry.printed_unit
+        words = trended.caption
+        every = source.document.get("trends") or []
+        trends = [trend for trend in every if trend.get("quantity") == trended.name]
+        series = [(trend, one) for trend in trends if (one := _series(trend)) is not None]
+        if not series:
+            continue
+        fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
+        warnings = dict.fromkeys(str(w) for trend, _ in series for w in trend.get("warnings") or [])
+        band = any(one.band is not None for _, one in series)
+        pictures.append(
+            DraftPicture(
+                caption=f"{words} over frequency"
+                + (" with linear fits" if fits else "")
+                + (" and their 95 % confidence bands" if band else "")
+                + ". Bars: expanded uncertainty (k = 2). "
+                + " ".join(_sentence(warning) for warning in warnings),
+                alt=f"{words} of {len(series)} series over frequency. "
+                + " ".join(f"{one.label}: {_slope_text(trend, unit)}." for trend, one in series),
+                plot=trend_plot([one for _, one in series], trended.axis),
+                numbers=_numbers(source, [trend for trend, _ in series], words, unit),
+            )
+        )
+    return pictures
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:].rstrip(".") + "."
+
+
+def _slope_text(trend: Mapping[str, Any], unit: str) -> str:
+    slope = usable(trend.get("slope_per_Hz"))
+    if slope is None:
+        return "no fit"
+    return f"slope {significant(slope, 3)} {'' if unit == '–' else unit + ' '}per Hz"
+
+
+def _label(trend: Mapping[str, Any]) -> str:
+    prestress, amplitude = usable(trend.get("prestress_mm")), usable(trend.get("amplitude_mm"))
+    mean = DASH if prestress is None else significant(prestress, 3)
+    return (
+        f"{mean} mm, several amplitudes" if amplitude is None else f"{mean} ± {significant(amplitude, 3)} mm"
+    )
+
+
+def _floats(values: object) -> list[float | None]:
+    return [usable(value) for value in values] if isinstance(values, list | tuple) else []
+
+
+def _series(trend: Mapping[str, Any]) -> TrendSeries | None:
+    frequency, value = _floats(trend.get("frequency_Hz")), _floats(trend.get("values"))
+    both = range(min(len(frequency), len(value)))
+    pairs = [n for n in both if frequency[n] is not None and value[n] is not None]
+    if not pairs:
+        return None
+    pairs.sort(key=lambda n: frequency[n] or 0.0)
+    f = np.array([frequency[n] for n in pairs], dtype=np.float64)
+    v = np.array([value[n] for n in pairs], dtype=np.float64)
+    uncertainty = _floats(trend.get("expanded_uncertainty"))
+    u = np.array([(uncertainty[n] if n < len(uncertainty) else None) or 0.0 for n in pairs])
+    slope, intercept = usable(trend.get("slope_per_Hz")), usable(trend.get("intercept"))
+    half = [(_floats(trend.get("confidence_band")) + [None] * len(frequency))[n] for n in pairs]
+    band = None
+    if slope is not None and intercept is not None and all(h is not None for h in half):
+        width = np.array(half, dtype=np.float64)
+        line = intercept + slope * f
+        band = (f, line - width, line + width)
+    return TrendSeries(_label(trend), f, v, u, slope, intercept, band)
+
+
+def _numbers(source: ReportSource, trends: list[Mapping[str, Any]], words: str, unit: str) -> Table:
+    rows = []
+    for trend in trends:
+        frequency, value = _floats(trend.get("frequency_Hz")), _floats(trend.get("values"))
+        uncertainty = _floats(trend.get("expanded_uncertainty")) + [None] * len(frequency)
+        temperature = _floats(trend.get("temperature_C")) + [None] * len(frequency)
+        numbers = {run.id: run.number for run in source.runs}
+        for n, identifier in enumerate(str(run) for run in trend.get("runs") or []):
+            rows.append(
+                (
+                    Cell(_label(trend)),
+                    Cell(str(numbers.get(identifier, identifier)), "number"),
+                    quantity_cell("frequency_Hz", frequency[n], "no frequency"),
+                    measured_cell(value[n], uncertainty[n], "no value"),
+                    quantity_cell("temperature_C", temperature[n], "no specimen temperature on record"),
+                )
+            )
+    fits = "; ".join(f"{_label(trend)}: {_fit_text(trend, unit)}" for trend in trends)
+    return Table(
+        words,
+        (
+            Column("Series"),
+            Column("Run"),
+            Column("Frequency", "Hz"),
+            Column("Value ± U", unit),
+            Column("Temperature", "°C"),
+        ),
+        tuple(rows),
+        note=f"Linear fits: {fits}.",
+    )
+
+
+def _fit_text(trend: Mapping[str, Any], unit: str) -> str:
+    slope, intercept = usable(trend.get("slope_per_Hz")), usable(trend.get("intercept"))
+    if slope is None or intercept is None:
+        return "none"
+    half_width = usable(trend.get("slope_half_width_95_per_Hz"))
+    spread = f" ± {significant(half_width, 2)} (95 %)" if half_width is not None else ""
+    shown = "" if unit == "–" else f" {unit}"
+    return f"{significant(intercept)}{shown}, slope {significant(slope, 3)}{shown} per Hz{spread}"

@@ -1,0 +1,94 @@
+"""The report as PDF, set by typst from the same content as JSON: data never become markup."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.ft2font import FT2Font
+
+from bufferstand.evaluation.report.content import Content, moment_of
+from bufferstand.foundation import BadInput
+
+_FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
+_OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
+_UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
+    """Return the report as PDF.
+
+    Parameters
+    ----------
+    content : Content
+        What the report says.
+    figures : sequence of str
+        The figures as SVG text, in the order of their numbers.
+
+    Returns
+    -------
+    bytes
+        The same bytes for the same content: its date is the end of the last run.
+
+    Raises
+    ------
+    BadInput
+        If typst is not installed, or the font lacks a letter: it would be printed as a box.
+    RuntimeError
+        If the typesetter warns or fails.
+    """
+    try:
+        import typst  # noqa: PLC0415 - an optional extra
+    except ImportError:
+        raise BadInput(
+            "the PDF report needs typst, which is not installed",
+            remedy="install the extra: pip install 'bufferstand[pdf]', or write the HTML report only",
+        ) from None
+    document = json.dumps(content.document(), ensure_ascii=False, sort_keys=True)
+    _check_letters(document)
+    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
+        folder = Path(name)
+        template = (
+            files("bufferstand.evaluation.report")
+            .joinpath("templates", "report.typ")
+            .read_text(encoding="utf-8")
+        )
+        (folder / "report.typ").write_text(template, encoding="utf-8")
+        (folder / "report.json").write_text(document, encoding="utf-8")
+        for number, svg in enumerate(figures, start=1):
+            (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
+        try:
+            pdf, warnings = typst.compile_with_warnings(
+                str(folder / "report.typ"),
+                root=str(folder),
+                **_OPTIONS,
+                timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
+                format="pdf",
+                pdf_standards="a-2b",
+            )
+        except typst.TypstError as error:
+            raise RuntimeError(f"typst could not set the report: {error.message}") from error
+    if warnings:
+        raise RuntimeError("typst warned: " + "; ".join(str(warning.message) for warning in warnings))
+    if not isinstance(pdf, bytes):
+        raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
+    return pdf
+
+
+def _check_letters(document: str) -> None:
+    """Refuse a letter that the font lacks; typst would put a box in its place without a word."""
+    known = FT2Font(str(_FONTS / "DejaVuSans.ttf")).get_charmap()
+    if lacking := sorted(
+        {letter for letter in document if ord(letter) not in known and not letter.isspace()}
+    ):
+        named = ", ".join(f"“{letter}” (U+{ord(letter):04X})" for letter in lacking[:5])
+        raise BadInput(
+            f"the PDF report’s font has no {named}",
+            remedy="write the HTML report only, or spell the name in Latin, Greek or Cyrillic letters",
+        )

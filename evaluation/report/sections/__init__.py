@@ -1,0 +1,138 @@
+"""Sections of a report: each makes texts and tables of its source."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.evaluation.report.sections.amendment import (
+        amendment_notice,
+        amendment_section,
+    )
+    from bufferstand.evaluation.report.sections.budgets import (
+        budgets_section,
+    )
+    from bufferstand.evaluation.report.sections.comparison import (
+        ComparedFigures,
+        compared_of,
+        comparison_sections,
+        shown_loop,
+        start_C,
+    )
+    from bufferstand.evaluation.report.sections.conditions import (
+        conditions_section,
+    )
+    from bufferstand.evaluation.report.sections.conformity import (
+        conformity_section,
+        not_tested_section,
+    )
+    from bufferstand.evaluation.report.sections.evidence import (
+        as_recorded,
+        evidence_section,
+        temperature_section,
+    )
+    from bufferstand.evaluation.report.sections.history import (
+        contact_section,
+        history_section,
+    )
+    from bufferstand.evaluation.report.sections.identity import (
+        calibrations,
+        customer,
+        head,
+        identification,
+        laboratory,
+        operator,
+        overdue,
+        simulated_notice,
+    )
+    from bufferstand.evaluation.report.sections.model import (
+        model_section,
+    )
+    from bufferstand.evaluation.report.sections.plausibility import (
+        plausibility_section,
+        spoiled_notice,
+    )
+    from bufferstand.evaluation.report.sections.reevaluation import (
+        changes_of,
+        reevaluation_notice,
+        reevaluation_section,
+    )
+    from bufferstand.evaluation.report.sections.references import (
+        missing_references,
+    )
+    from bufferstand.evaluation.report.sections.results import (
+        columns,
+        cycle_head,
+        cycles_section,
+        runs_section,
+        value_cell,
+    )
+    from bufferstand.evaluation.report.sections.software import (
+        software_section,
+    )
+    from bufferstand.evaluation.report.sections.statements import (
+        data_section,
+        deviations_section,
+        not_as_required,
+        opinions_section,
+        rule_section,
+        statements_section,
+        warnings_section,
+    )
+    from bufferstand.evaluation.report.sections.verdicts import (
+        requirements_section,
+        verdict_line,
+        worst,
+    )
+
+__all__ = [
+    "ComparedFigures",
+    "amendment_notice",
+    "amendment_section",
+    "as_recorded",
+    "budgets_section",
+    "calibrations",
+    "changes_of",
+    "columns",
+    "compared_of",
+    "comparison_sections",
+    "conditions_section",
+    "conformity_section",
+    "contact_section",
+    "customer",
+    "cycle_head",
+    "cycles_section",
+    "data_section",
+    "deviations_section",
+    "evidence_section",
+    "head",
+    "history_section",
+    "identification",
+    "laboratory",
+    "missing_references",
+    "model_section",
+    "not_as_required",
+    "not_tested_section",
+    "operator",
+    "opinions_section",
+    "overdue",
+    "plausibility_section",
+    "reevaluation_notice",
+    "reevaluation_section",
+    "requirements_section",
+    "rule_section",
+    "runs_section",
+    "shown_loop",
+    "simulated_notice",
+    "software_section",
+    "spoiled_notice",
+    "start_C",
+    "statements_section",
+    "temperature_section",
+    "value_cell",
+    "verdict_line",
+    "warnings_section",
+    "worst",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -1,0 +1,134 @@
+"""The conditions under which the runs were made (ISO/IEC 17025, 7.8.3.1 a)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Table,
+    fixed,
+    significant,
+    usable,
+)
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+from bufferstand.foundation import duration_text
+
+_ROLES = (("specimen", "Temperature of the specimen"), ("ambient", "Temperature of the air"))
+_READ = (
+    ("rest-after-assembly", "Rest between assembly and test", "h", min),
+    ("pause-limit", "Longest pause between static cycles", "s", max),
+    ("speed-limit", "Greatest speed of static cycles", "mm/s", max),
+)
+
+
+def conditions_section(source: ReportSource) -> Section:
+    """Return the conditions of the test as the records show them; what none shows is a dash and why."""
+    rows: list[tuple[Cell, ...]] = []
+    for role, words in _ROLES:
+        rows.append(_temperature(source, role, words))
+    rows += [_required(source, *what) for what in _READ]
+    rows.append(_speed(source))
+    rows.append(_between_runs(source))
+    return Section(
+        "conditions",
+        "Conditions of the test",
+        (
+            Table(
+                "Conditions as recorded",
+                (Column("Condition"), Column("From … to"), Column("Unit"), Column("Seen in")),
+                tuple(rows),
+                note="Run by run: What came out, and cycle by cycle: Cycles. What the method requires of "
+                "them and whether it was kept: Statement of conformity.",
+            ),
+        ),
+    )
+
+
+def _row(words: str, shown: Cell, unit: str, runs: Iterable[int]) -> tuple[Cell, ...]:
+    numbers = list(runs)
+    seen = Cell(runs_text(numbers)) if numbers else Cell("no run")
+    return Cell(words), shown, Cell(unit), seen
+
+
+def _missing(why: str) -> Cell:
+    return Cell(DASH, "missing", why)
+
+
+def _temperature(source: ReportSource, role: str, words: str) -> tuple[Cell, ...]:
+    values, numbers = [], []
+    for run in source.runs:
+        sensors = run.record.temperatures if run.record is not None else ()
+        readings = [s.temperature_C for s in sensors if s.role == role]
+        finite = [one[np.isfinite(one)] for one in readings]
+        if any(one.size for one in finite):
+            numbers.append(run.number)
+            values += [float(end(one)) for one in finite if one.size for end in (np.min, np.max)]
+    shown = _span(values, 1) if values else _missing("no sensor of this kind was recorded")
+    return _row(words, shown, "°C", numbers)
+
+
+def _span(values: Sequence[float], decimals: int) -> Cell:
+    low, high = fixed(min(values), decimals), fixed(max(values), decimals)
+    return Cell(low if low == high else f"{low} … {high}", "number")
+
+
+def _required(
+    source: ReportSource, identifier: str, words: str, unit: str, worst: Callable[[Sequence[float]], float]
+) -> tuple[Cell, ...]:
+    found = [
+        (run.number, value)
+        for run in source.runs
+        for requirement in run.requirements
+        if requirement["id"] == identifier and (value := usable(requirement.get("measured"))) is not None
+    ]
+    if not found:
+        return _row(words, _missing("no run shows it"), unit, ())
+    shown = Cell(significant(worst([value for _, value in found])), "number")
+    return _row(words, shown, unit, dict.fromkeys(number for number, _ in found))
+
+
+def _speed(source: ReportSource) -> tuple[Cell, ...]:
+    speeds = {
+        run.number: value
+        for run in source.runs
+        if run.kind == "harmonic" and (value := _greatest_speed(run)) is not None
+    }
+    shown = _span(list(speeds.values()), 1) if speeds else _missing("no harmonic run shows a speed")
+    return _row("Greatest speed of harmonic runs", shown, "mm/s", speeds)
+
+
+def _greatest_speed(run: ReportRun) -> float | None:
+    """Return the greatest speed of all samples; of the cycles where the document has no extremes."""
+    if (extreme := run.extreme("speed_max_mm_per_s")) is not None:
+        return extreme.value
+    return max((value for cycle in run.cycles for value in _speeds(cycle)), default=None)
+
+
+def _speeds(cycle: Mapping[str, Any]) -> list[float]:
+    names = ("speed_loading_max_mm_per_s", "speed_unloading_max_mm_per_s")
+    return [value for name in names if (value := usable(cycle.get(name))) is not None]
+
+
+def _between_runs(source: ReportSource) -> tuple[Cell, ...]:
+    words = "Longest pause between runs"
+    pairs = zip(source.runs, source.runs[1:], strict=False)
+    pauses = [pause for one, two in pairs if (pause := _pause_s(one, two)) is not None]
+    if not pauses:
+        return _row(words, _missing("fewer than two runs with start and end on record"), "–", ())
+    longest = max(pauses)
+    if longest < 0.0:
+        return _row(words, _missing("the runs overlap on the clock on the wall"), "–", ())
+    return _row(words, Cell(duration_text(longest), "number"), "–", [run.number for run in source.runs])
+
+
+def _pause_s(one: ReportRun, two: ReportRun) -> float | None:
+    if one.ended is None or two.started is None or (one.ended.tzinfo is None) != (two.started.tzinfo is None):
+        return None
+    return (two.started - one.ended).total_seconds()

@@ -1,0 +1,194 @@
+"""Conformity clause by clause, and what was not tested (ISO/IEC 17025, 7.8.3.1 b and 7.8.6.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Table,
+    Texts,
+    Tone,
+    limits_text,
+    significant,
+    usable,
+)
+from bufferstand.evaluation.report.sections.references import draft_texts, is_draft, reference_text
+from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition, name_of, worst
+from bufferstand.evaluation.report.source import (
+    ReportRun,
+    ReportSource,
+    purpose_texts,
+    purpose_warnings,
+    runs_text,
+)
+from bufferstand.evaluation.requirements import LimitSet
+
+_STATEMENTS: dict[str, tuple[str, Tone]] = {
+    "pass": ("✓ met", "good"),
+    "conditional-pass": ("(✓) met, nearer to the limit than U", "good"),
+    "conditional-fail": ("(✗) not met, nearer to the limit than U", "bad"),
+    "fail": ("✗ not met", "bad"),
+    "inconclusive": ("◇ not decided", "open"),
+    "not-tested": ("◇ not tested", "open"),
+    "invalid": ("✗ not stated: conditions broken", "bad"),
+}
+_EXPLANATION = (
+    "A statement is that of the gravest verdict among the runs and cycles named beside it. Decision rule and "
+    "its risk: see Decision rule and uncertainty. What is not decided or "
+    "not tested is neither met nor not met."
+)
+_OPEN = frozenset({"inconclusive", "not-tested"})
+
+
+@dataclass
+class _Stated:
+    """One requirement of one clause, as judged over runs and cycles."""
+
+    requirement: Mapping[str, Any]
+    runs: dict[int, list[int]] = field(default_factory=dict)
+    values: list[float] = field(default_factory=list)
+    verdicts: list[str] = field(default_factory=list)
+
+    def add(self, run: ReportRun, requirement: Mapping[str, Any]) -> None:
+        cycles = self.runs.setdefault(run.number, [])
+        if (cycle := requirement.get("cycle")) is not None:
+            cycles.append(int(cycle))
+        if (value := usable(requirement.get("measured"))) is not None:
+            self.values.append(value)
+        self.verdicts.append(str(requirement["verdict"]))
+
+
+def conformity_section(source: ReportSource) -> Section | None:
+    """Return which clauses are met and which are not, to what each statement applies, and by which rule."""
+    stated: dict[tuple[Any, ...], _Stated] = {}
+    for run in source.runs:
+        for requirement in run.stated:
+            limits = tuple(requirement.get(key) for key in ("lower_limit", "upper_limit"))
+            key = (reference_text(requirement), requirement["id"], *limits)
+            stated.setdefault(key, _Stated(requirement)).add(run, requirement)
+    if not stated and not source.statements:
+        return None
+    drafts = draft_texts(one.requirement for one in stated.values())
+    blocks: list[Table | Texts] = [Texts(drafts)] if drafts else []
+    if texts := (*purpose_texts(source), *purpose_warnings(source)):
+        blocks.append(Texts(texts, listed=True))
+    for conditions, words in ((False, "requirements on the specimen"), (True, "conditions of the test")):
+        chosen = [one for one in stated.values() if is_condition(one.requirement) is conditions]
+        if chosen:
+            blocks.append(_table(words, chosen))
+    if stated:
+        blocks.append(Texts((_EXPLANATION,)))
+    return Section("conformity", "Statement of conformity by clause", tuple(blocks))
+
+
+def _table(words: str, stated: Sequence[_Stated]) -> Table:
+    return Table(
+        f"Conformity: {words}",
+        (
+            Column("Standard, clause or source"),
+            Column("Requirement"),
+            Column("Permitted"),
+            Column("Unit"),
+            Column("Measured, least … greatest"),
+            Column("Of runs (cycles)"),
+            Column("Statement"),
+        ),
+        tuple(_row(one) for one in sorted(stated, key=lambda one: reference_text(one.requirement))),
+    )
+
+
+def _row(one: _Stated) -> tuple[Cell, ...]:
+    requirement = one.requirement
+    unit = str(requirement.get("unit") or "")
+    text, tone = _STATEMENTS[worst(one.verdicts)]
+    draft = ", draft" if is_draft(requirement) else ""
+    return (
+        Cell(reference_text(requirement)),
+        Cell(name_of(requirement)),
+        Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
+        Cell("–" if unit in {"", "1"} else unit),
+        _range(one.values),
+        Cell("; ".join(_of(number, cycles) for number, cycles in one.runs.items())),
+        Cell(text + draft, tone),
+    )
+
+
+def _range(values: Sequence[float]) -> Cell:
+    if not values:
+        return Cell(DASH, "missing", "nothing was measured of it")
+    low, high = significant(min(values)), significant(max(values))
+    return Cell(low if low == high else f"{low} … {high}", "number")
+
+
+def _of(number: int, cycles: Sequence[int]) -> str:
+    return f"{number} ({', '.join(map(str, cycles))})" if cycles else str(number)
+
+
+def not_tested_section(source: ReportSource) -> Section:
+    """Return what was not tested or not decided, each with the reason; never left out."""
+    items = [
+        f"Run {run.number}: {point}."
+        for run in source.runs
+        for point in grouped_points([r for r in run.stated if r["verdict"] in _OPEN])
+    ]
+    items += [text for limits in source.limit_sets for text in _parts_without_a_run(source, limits)]
+    items += source.fields.not_tested
+    without = [run.number for run in source.runs if run.evaluated.get("verdict") is None]
+    if without:
+        items.append(
+            f"Of {runs_text(without)} nothing is required; they state characteristics and no conformity."
+        )
+    known = {limits.sha256 for limits in source.limit_sets}
+    if others := [run.number for run in source.runs if run.characterises]:
+        named = runs_text(others)
+        items.append(
+            f"{named[:1].upper()}{named[1:]}: characterisation; what was judged is no part of the statement "
+            "of conformity."
+        )
+    unknown = {
+        str(limits.get("id"))
+        for run in source.runs
+        if (limits := run.evaluated.get("limit_set")) and limits.get("sha256") not in known
+    }
+    items += [
+        f"Which further parts limit set {name} has is not known here: give it by --limits."
+        for name in sorted(unknown)
+    ]
+    return Section(
+        "not-tested", "What was not tested", (Texts(tuple(items) or ("Nothing was left out.",), listed=True),)
+    )
+
+
+def _parts_without_a_run(source: ReportSource, limits: LimitSet) -> list[str]:
+    """Return the parts of a limit set that no run of the report is a test of."""
+    kinds = {run.kind for run in source.runs if not run.characterises}
+    of = f"{limits.standard} (limit set {limits.id})"
+    parts = []
+    if limits.covers("static") and "static" not in kinds:
+        parts.append(
+            f"Static characteristic of {of}: this report has no static run that is a conformity test."
+        )
+    if limits.covers("impact") and "impact" not in kinds:
+        clause, _ = limits.reference(limits.impact)
+        parts.append(
+            f"Impact test of {of}{f', {clause}' if clause else ''}: this report has no record of an impact."
+        )
+    applied = {_proof_load(run) for run in source.runs if run.kind == "proof" and not run.characterises}
+    absent = [load for load in (limits.proof.load if limits.proof else ()) if load.id not in applied]
+    if absent:
+        loads = ", ".join(
+            f"{load.id}" + (f" (≥ {force:g} kN)" if (force := usable(load.force_min_kN)) is not None else "")
+            for load in absent
+        )
+        parts.append(f"Proof loads of {of}: no record of {loads}.")
+    return parts
+
+
+def _proof_load(run: ReportRun) -> str:
+    return str(run.fact("step", "proof_load") or run.fact("test", "proof_load") or "")

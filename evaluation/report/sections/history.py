@@ -1,0 +1,378 @@
+"""What the records hold besides: contact, holds, residual strokes, settling, energy; before and after."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+from bufferstand.evaluation.catalogue import QUANTITIES, SETTLING
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Table,
+    Texts,
+    fixed,
+    measured_cell,
+    quantity_cell,
+    significant,
+    usable,
+)
+from bufferstand.evaluation.report.sections.evidence import number_of
+from bufferstand.evaluation.report.sections.verdicts import verdict_cell
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+
+Entry = Mapping[str, Any]
+
+MOST_ROWS = 6
+"""Of a run with more holds or residual strokes the first and the last so many are printed."""
+_SETTLED = [(entry.name, entry.settled.heading) for entry in SETTLING if entry.settled.heading]
+_COMPARED = (
+    ("preload_kN", "Preload", "kN"),
+    *((entry.name, entry.label, entry.printed_unit) for entry in QUANTITIES if entry.shown.before_after),
+)
+_ZEROED = (
+    ("stroke_1", "Draw wire 1", "mm"),
+    ("stroke_2", "Draw wire 2", "mm"),
+    ("position", "Piston", "mm"),
+    ("force", "Force", "kN"),
+)
+"""Channels whose zero is shown: name, label, unit."""
+_NO_U = "the channels state no accuracy"
+_FEW = "fewer than three complete cycles, or one of them is without this figure"
+_NONE_EVALUATED = "no cycle was evaluated"
+_OPEN = "the last cycle is not within 2 % of those before it"
+
+
+def contact_section(source: ReportSource) -> Section | None:
+    """Return how zeros were set, and by how much that of each static run is off; None where neither is."""
+    runs = [(run, contact) for run in source.runs if (contact := run.evaluated.get("first_contact"))]
+    zeros = _zeros_table(source)
+    if not runs:
+        return None if zeros is None else Section("first-contact", "First contact", (zeros,))
+    table = Table(
+        "Place of first contact",
+        (
+            Column("Run"),
+            Column("Contact at stroke ± U", "mm"),
+            Column("Zero counted from contact ± U", "mm"),
+            Column("Zero stated within", "mm"),
+            Column("Force before contact", "kN"),
+            Column("Zero"),
+        ),
+        tuple(_contact(run, contact) for run, contact in runs),
+        note="Where the force leaves its rest level on the first approach. A zero that lies before the "
+        "contact is negative. Off: by more than U and what the channels state. Requirements that this could "
+        "change say so in their reason.",
+    )
+    return Section("first-contact", "First contact", (table,) if zeros is None else (zeros, table))
+
+
+def _zeros_table(source: ReportSource) -> Table | None:
+    """Return each zero once with the runs that count from it; None where no run has one."""
+    found: dict[str, tuple[list[int], Entry]] = {}
+    for run in source.runs:
+        if zero := run.evaluated["run"].get("zero"):
+            found.setdefault(json.dumps(zero, sort_keys=True, default=str), ([], zero))[0].append(run.number)
+    if not found:
+        return None
+    return Table(
+        "How the zero was set",
+        (
+            Column("Runs"),
+            Column("By"),
+            Column("Found (UTC)"),
+            *(Column(f"{label} ± U", unit) for _, label, unit in _ZEROED),
+        ),
+        tuple(_zero(numbers, zero) for numbers, zero in found.values()),
+        note="What the channels read at the zero; it is taken off. By touch: the piston creeps to a small "
+        "force and back before the first stroke, and first contact is found from the samples. U holds noise, "
+        "fit, resolution and what the channel states for its zero.",
+    )
+
+
+def _zero(numbers: Sequence[int], zero: Entry) -> tuple[Cell, ...]:
+    channels = {one["name"]: one for one in zero["channel"]}
+    how = {"touch": "touch", "tare": "tare at rest"}[zero["how"]]
+    by = f"{how}, taken over" if zero["taken_over"] else how
+    read = [channels.get(name) for name, _, _ in _ZEROED]
+    return (
+        Cell(runs_text(numbers).partition(" ")[2]),
+        Cell(by),
+        Cell(str(zero["found"])[:16].replace("T", " ")),
+        *(
+            Cell(DASH, "missing", "this channel was not zeroed")
+            if one is None
+            else measured_cell(one["value"], 2.0 * one["u"], "")
+            for one in read
+        ),
+    )
+
+
+def _contact(run: ReportRun, contact: Entry) -> tuple[Cell, ...]:
+    why = str(contact.get("why") or "the record does not show it")
+    U, rest = contact.get("expanded_uncertainty"), usable(contact.get("rest_force_kN"))
+    stated = usable(contact.get("stated_zero_mm"))
+    shown = usable(contact.get("stroke_mm")) is not None
+    judged = Cell("off", "bad") if contact.get("beyond") else Cell("kept")
+    return (
+        Cell(str(run.number), "number"),
+        measured_cell(contact.get("stroke_mm"), U, why),
+        measured_cell(contact.get("recorded_zero_offset_mm"), U, why),
+        Cell(significant(stated), "number") if stated else Cell(DASH, "missing", _NO_U),
+        Cell(DASH, "missing", why) if rest is None else Cell(fixed(rest, 2), "number"),
+        judged if shown else Cell(DASH, "missing", why),
+    )
+
+
+def history_section(source: ReportSource) -> Section | None:
+    """Return what the records hold besides the figures of cycles; None where there is nothing."""
+    blocks = [
+        *_table(_HOLDS, *_listed(source, "holds", _hold, _HOLDS_NOTE)),
+        *_table(_RESIDUAL, *_listed(source, "residual_strokes", _residual, _RESIDUAL_NOTE)),
+        *_table(_COURSE, [_course(run, part) for run in source.runs for part in _parts(run)], _COURSE_NOTE),
+        *_before_after(source),
+        *_table(
+            _PROOF, [row for total in _own(source, "proof_load_totals") for row in _proof(source, total)]
+        ),
+    ]
+    if not blocks:
+        return None
+    return Section("history", "What the records hold besides", tuple(blocks))
+
+
+_HOLDS = (
+    "Holds at the top",
+    (
+        Column("Run"),
+        Column("Cycle"),
+        Column("Kind"),
+        Column("Length", "s"),
+        Column("Force from", "kN"),
+        Column("to", "kN"),
+        Column("a decade of time ± U", "kN"),
+        Column("Stroke from", "mm"),
+        Column("to", "mm"),
+        Column("a decade of time ± U", "mm"),
+    ),
+)
+_HOLDS_NOTE = (
+    "Relaxation: the force changes while the stroke rests; creep: the other way round. The change a decade "
+    "is that of each tenfold time since the arrival."
+)
+_RESIDUAL = (
+    "Residual strokes",
+    (
+        Column("Run"),
+        Column("Cycle"),
+        Column("Stays after the stroke ± U", "mm"),
+        Column("Pause", "s"),
+        Column("Taken back in it", "mm"),
+    ),
+)
+_RESIDUAL_NOTE = "What stays of a stroke that ends in a pause; U without the errors that both its ends share."
+_COURSE = (
+    "Settling and cumulated energy",
+    (
+        Column("Run"),
+        Column("Complete cycles"),
+        *(Column(f"{words}, first to last ± U", "%") for _, words in _SETTLED),
+        Column("All settled from cycle"),
+        Column("Absorbed in all ± U", "kJ"),
+        Column("Cycles not evaluated"),
+    ),
+)
+_COURSE_NOTE = (
+    "U of a change is by the scatter of neighbouring cycles, as errors of the channels are common to all; it "
+    "takes four cycles. Settled: all later cycles stay within 2 % of the mean of the last quarter. The "
+    "absorbed energy is a lower bound where cycles were not evaluated; its U is the sum of theirs."
+)
+_PROOF = (
+    "Proof loads added over runs",
+    (
+        Column("Specimen"),
+        Column("Proof load"),
+        Column("Run"),
+        Column("Load cycles"),
+        Column("Verdict"),
+        Column("In all"),
+    ),
+)
+
+
+def _table(
+    head: tuple[str, tuple[Column, ...]], rows: Sequence[tuple[Cell, ...]], note: str = ""
+) -> list[Table]:
+    return [Table(*head, tuple(rows), note=note)] if rows else []
+
+
+def _listed(
+    source: ReportSource, key: str, row: Callable[[ReportRun, Entry], tuple[Cell, ...]], note: str
+) -> tuple[list[tuple[Cell, ...]], str]:
+    """Return a row for each entry, of many in one run of the first and the last, and the note."""
+    rows, left = [], []
+    for run in source.runs:
+        entries = list(run.evaluated.get(key) or [])
+        if len(entries) > 2 * MOST_ROWS:
+            left.append(f"run {run.number}: {2 * MOST_ROWS} of {len(entries)}")
+            entries = [*entries[:MOST_ROWS], *entries[-MOST_ROWS:]]
+        rows += [row(run, entry) for entry in entries]
+    if left:
+        note += f" Of many in one run the first and the last are printed ({'; '.join(left)})."
+    return rows, note
+
+
+def _hold(run: ReportRun, hold: Entry) -> tuple[Cell, ...]:
+    return (
+        Cell(str(run.number), "number"),
+        Cell(str(hold["cycle"]), "number"),
+        Cell(str(hold["kind"])),
+        Cell(fixed(hold["duration_s"], 1), "number"),
+        *(Cell(fixed(hold[f"force_{end}_kN"], 1), "number") for end in ("start", "end")),
+        _per_decade(hold["force_per_decade_kN"]),
+        *(Cell(fixed(hold[f"stroke_{end}_mm"], 2), "number") for end in ("start", "end")),
+        _per_decade(hold["stroke_per_decade_mm"]),
+    )
+
+
+def _per_decade(slope: Entry) -> Cell:
+    return measured_cell(slope["value"], slope["expanded_uncertainty"], _NO_U)
+
+
+def _residual(run: ReportRun, left: Entry) -> tuple[Cell, ...]:
+    return (
+        Cell(str(run.number), "number"),
+        Cell(str(left["cycle"]), "number"),
+        measured_cell(left["residual_mm"], left["expanded_uncertainty"], _NO_U),
+        Cell(fixed(left["pause_s"], 1), "number"),
+        Cell(fixed(left["recovered_mm"], 2), "number"),
+    )
+
+
+def _parts(run: ReportRun) -> Iterable[int | None]:
+    """Return the steps of a run that has several, None for the run as a whole; nothing to say: none."""
+    settling = run.evaluated.get("settling") or []
+    parts = list(dict.fromkeys(one["part"] for one in settling))
+    cumulated = run.evaluated.get("cumulated_energy_J")
+    return parts or ([None] if cumulated is not None else [])
+
+
+def _course(run: ReportRun, part: int | None) -> tuple[Cell, ...]:
+    own = {one["quantity"]: one for one in run.evaluated.get("settling") or [] if one["part"] == part}
+    span = next((f"{one['first_cycle']} – {one['last_cycle']}" for one in own.values()), None)
+    settled = [own[name]["settled_at_cycle"] for name, _ in _SETTLED if name in own]
+    last = Cell(DASH, "missing", _FEW)
+    if settled:
+        late = None if None in settled else max(settled)
+        last = Cell(DASH, "missing", _OPEN) if late is None else Cell(str(late), "number")
+    return (
+        Cell(run.label if part is None else f"{run.number}#{part}", "number"),
+        Cell(DASH, "missing", _FEW) if span is None else Cell(span, "number"),
+        *(_change(own.get(name)) for name, _ in _SETTLED),
+        last,
+        *_energy(run, part),
+    )
+
+
+def _change(one: Entry | None) -> Cell:
+    if one is None or one["relative_change"] is None:
+        return Cell(DASH, "missing", _FEW)
+    share, U = 100.0 * one["relative_change"], usable(one["expanded_uncertainty"])
+    if U is None:
+        return Cell(fixed(share, 2), "number")
+    return measured_cell(share, 100.0 * U / abs(one["first"]), _FEW)
+
+
+def _energy(run: ReportRun, part: int | None) -> tuple[Cell, Cell]:
+    if part not in (None, 1):
+        return Cell("see above"), Cell("")  # the sum is the run's, over all its steps
+    energy = run.evaluated.get("cumulated_energy_J")
+    if energy is None:
+        return Cell(DASH, "missing", _NONE_EVALUATED), Cell("all")
+    U = usable(energy["expanded_uncertainty"])
+    left = energy["not_evaluated"]
+    return (
+        measured_cell(1e-3 * energy["absorbed"], None if U is None else 1e-3 * U, _NO_U),
+        Cell(", ".join(map(str, left[:MOST_ROWS])) + (" …" if len(left) > MOST_ROWS else "") or "none"),
+    )
+
+
+def _own(source: ReportSource, key: str) -> list[Entry]:
+    """Return the entries of the document that a run of this report is part of."""
+    ids = {run.id for run in source.runs}
+
+    def named(entry: Entry) -> set[str]:
+        runs = entry.get("runs") or [entry["before"], *entry["after"]]
+        return {str(one["run"]).partition("#")[0] for one in runs}
+
+    return [entry for entry in source.document.get(key) or [] if named(entry) & ids]
+
+
+def _before_after(source: ReportSource) -> list[Table | Texts]:
+    """Return a table for each step that a specimen went through more than once."""
+    blocks: list[Table | Texts] = []
+    for entry in _own(source, "before_after"):
+        before = entry["before"]
+        rows = [
+            _changed(source, after, *figure, after["changes"][figure[0]])
+            for after in entry["after"]
+            for figure in _COMPARED
+            if figure[0] in after["changes"]
+        ]
+        blocks.append(
+            Table(
+                f"Before and after: specimen {entry['specimen']}, against run "
+                f"{number_of(source, before['run'])}",
+                (
+                    Column("Run"),
+                    Column("Temperature", "°C"),
+                    Column("Figure"),
+                    Column("Before"),
+                    Column("After"),
+                    Column("Change ± U"),
+                    Column("Unit"),
+                    Column("Change", "%"),
+                    Column("Beyond U"),
+                ),
+                tuple(rows),
+                note="Errors that both runs have in common cancel as far as they act alike; U has the rest.",
+            )
+        )
+        if warnings := [str(text) for text in entry.get("warnings") or []]:
+            blocks.append(Texts(tuple(warnings), listed=True))
+    return blocks
+
+
+def _changed(
+    source: ReportSource, after: Entry, name: str, words: str, unit: str, change: Entry
+) -> tuple[Cell, ...]:
+    shown = "force_max_kN" if name == "preload_kN" else name
+    relative, beyond = usable(change["relative_change"]), change["beyond"]
+    return (
+        Cell(number_of(source, after["run"]), "number"),
+        quantity_cell("temperature_C", after["temperature_C"], "no specimen temperature on record"),
+        Cell(words),
+        *(quantity_cell(shown, change[key], "not to be had") for key in ("before", "after")),
+        measured_cell(change["change"], change["expanded_uncertainty"], "not to be had"),
+        Cell(unit),
+        Cell(DASH, "missing", "it was 0 before")
+        if relative is None
+        else Cell(fixed(100.0 * relative, 2), "number"),
+        Cell(DASH, "missing", _NO_U) if beyond is None else Cell("yes" if beyond else "no"),
+    )
+
+
+def _proof(source: ReportSource, total: Entry) -> list[tuple[Cell, ...]]:
+    return [
+        (
+            Cell(str(total["specimen"])),
+            Cell(str(total["proof_load"])),
+            Cell(number_of(source, run["run"]), "number"),
+            Cell(str(run["load_cycles"]), "number"),
+            verdict_cell(run["verdict"], "nothing is required of it"),
+            Cell(str(total["load_cycles"]), "number"),
+        )
+        for run in total["runs"]
+    ]

@@ -1,0 +1,102 @@
+"""The comparison of a given spring model with the runs: which model, and its deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bufferstand.evaluation.figures.model_comparison import RunCheck
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Sheet,
+    Table,
+    Texts,
+    fixed,
+    quantity_cell,
+    significant,
+)
+from bufferstand.evaluation.report.source import ModelAnswer, ReportRun
+
+_METHOD = (
+    "Nothing is fitted here: the model answers to the stroke as it was run, beginning each run at the first "
+    "measured temperature. Residuals are model less measured, over the forces of whole cycles; beside them "
+    "the share of the largest measured force. The model's temperature is that of the spring's mass, not of "
+    "the place of the sensor."
+)
+
+
+def model_section(runs: Sequence[ReportRun], given: ModelAnswer) -> Section:
+    """Return which model was compared, and by how much it misses each run."""
+    model = given.model
+    facts = Sheet(
+        "The model",
+        (
+            ("Name", Cell(model.name)),
+            ("File", Cell(given.file, "code")),
+            ("SHA-256", Cell(given.sha256, "code")),
+            ("Curves hold at", Cell(f"{significant(model.temperature.reference_C)} °C")),
+            ("Temperature sensitivity c_ts", Cell(f"{significant(model.temperature.sensitivity_per_K)} 1/K")),
+            ("Heat capacity", Cell(f"{significant(model.heat.capacity_J_per_K)} J/K")),
+        ),
+    )
+    temperatures = [check.answer.temperature_C for check in given.checks.values()]
+    notes = model.warnings(
+        min(float(t.min()) for t in temperatures), max(float(t.max()) for t in temperatures)
+    )
+    left = [f"Run {number} was left out: {why}." for number, why in given.left_out.items()]
+    blocks: list[Sheet | Table | Texts] = [facts, _misses(runs, given), Texts((_METHOD,))]
+    if notes or left:
+        blocks.append(Texts((*notes, *left), listed=True))
+    return Section("model", "Model against measurement", tuple(blocks))
+
+
+def _misses(runs: Sequence[ReportRun], given: ModelAnswer) -> Table:
+    rows = [_miss(run, given.checks[run.number]) for run in runs if run.number in given.checks]
+    return Table(
+        "Measured and by the model",
+        (
+            Column("Run"),
+            Column("Whole cycles"),
+            Column("Damping measured", "–"),
+            Column("Damping model", "–"),
+            Column("Top force compared, measured", "kN"),
+            Column("Top force compared, model", "kN"),
+            Column("Residual rms", "kN"),
+            Column("Residual worst", "%"),
+            Column("End temp. sensor", "°C"),
+            Column("End temp. sensor, model", "°C"),
+            Column("End temp. spring, model", "°C"),
+        ),
+        tuple(rows),
+    )
+
+
+def _miss(run: ReportRun, check: RunCheck) -> tuple[Cell, ...]:
+    drive, answer = check.drive, check.answer
+    pairs = [(cycle.damping, cycle.predicted_damping) for cycle in check.cycles]
+    damping = [float(mean) for mean in np.mean(pairs, axis=0)] if pairs else [None, None]
+    sensor = float(drive.sensor_C[-1]) if drive.sensor_C.size else None
+    why = "no cycle of the run is closed"
+    return (
+        Cell(str(run.number), "number"),
+        Cell(str(len(check.cycles)), "number"),
+        *(quantity_cell("damping", value, why) for value in damping),
+        quantity_cell("force_max_kN", check.largest_force_kN, ""),
+        quantity_cell("force_max_kN", float(answer.force_kN[drive.node].max()), ""),
+        *_residuals(check),
+        quantity_cell("temperature_C", sensor, "the run has no sensor on the specimen"),
+        quantity_cell("temperature_C", float(answer.sensor_C[-1]), ""),
+        quantity_cell("temperature_C", float(answer.temperature_C[-1]), ""),
+    )
+
+
+def _residuals(check: RunCheck) -> tuple[Cell, Cell]:
+    rest, peak = check.residual_kN, check.largest_force_kN
+    if not rest.size or peak <= 0.0:
+        return (Cell(DASH, "missing", "no force of the run counts"),) * 2
+    rms, worst = float(np.sqrt(np.mean(rest**2))), float(np.max(np.abs(rest)))
+    return Cell(fixed(rms, 2), "number"), Cell(fixed(100.0 * worst / peak, 2), "number")

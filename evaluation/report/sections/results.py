@@ -1,0 +1,226 @@
+"""The tables of results: a row a run, and a row a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bufferstand.evaluation.catalogue import QUANTITIES, Catalogue, Quantity
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Table,
+    measured_cell,
+    moment_text,
+    quantity_cell,
+    usable,
+)
+from bufferstand.evaluation.report.sections.extremes import extremes_table
+from bufferstand.evaluation.report.sections.verdicts import run_verdict_cell
+from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, ReportSource
+from bufferstand.foundation import duration_text
+
+MOST_HARMONIC_CYCLES = 10
+"""Cycles of a harmonic run that are printed; the evaluation document holds them all."""
+
+
+def _of_cycles(table: str) -> Catalogue:
+    """Return what is in one of the two tables of cycles, in its order."""
+    placed = [
+        (entry.shown.cycles.place, entry)
+        for entry in QUANTITIES
+        if entry.shown.cycles is not None and entry.shown.cycles.table == table
+    ]
+    return Catalogue(entry for _, entry in sorted(placed, key=lambda one: one[0]))
+
+
+_MOTION, _ENERGY = _of_cycles("motion"), _of_cycles("energy")
+_OF_RUN = QUANTITIES.that(lambda entry: entry.shown.runs)
+_UNSAID = "the evaluation document does not say why"
+
+
+def columns(entries: Catalogue) -> tuple[Column, ...]:
+    """Return the columns of quantities."""
+    return tuple(Column(entry.shown.heading, entry.printed_unit) for entry in entries)
+
+
+def value_cell(entry: Quantity, cycle: Mapping[str, Any]) -> Cell:
+    """Return a quantity of a cycle, or a dash with the reason that the cycle carries."""
+    return quantity_cell(entry.name, entry.value_in(cycle), _why_missing(cycle, entry.name))
+
+
+def _why_missing(part: Mapping[str, Any], name: str) -> str:
+    """Return why a cycle, a run or a step has no value; an earlier version's document has no reasons."""
+    return str((part.get("missing") or {}).get(name) or "; ".join(part.get("why") or ()) or _UNSAID)
+
+
+def runs_section(source: ReportSource) -> Section:
+    """Return what was done in each run and what came out of it."""
+    done = Table(
+        "What was run",
+        (
+            Column("Run"),
+            Column("Run id"),
+            Column("Kind"),
+            Column("Step"),
+            Column("Started"),
+            Column("Length"),
+            Column("Cycles: complete / used"),
+            Column("Ended"),
+        ),
+        tuple(_done(run) for run in source.runs),
+    )
+    results = Table(
+        "What came out",
+        (
+            Column("Run"),
+            *(
+                Column(entry.shown.heading + " ± U" * entry.shown.main, entry.printed_unit)
+                for entry in _OF_RUN
+            ),
+            Column("Temperature start → max.", "°C"),
+            Column("Verdict"),
+        ),
+        tuple(_result(part) for run in source.runs for part in run.parts),
+        note="Means over the cycles used, but for Force max. and Temperature max., which are those of all "
+        "samples of the run; U = k u with coverage factor k = 2. The tangent stiffness is the "
+        "slope of the loading branch at the cycle’s mean stroke. Prestress is the mean stroke, amplitude "
+        "half the range."
+        + (
+            " 1#2 is the second step of run 1, whose record has several."
+            if any(run.part is not None for each in source.runs for run in each.parts)
+            else ""
+        ),
+    )
+    return Section("runs", "Runs", (done, results, extremes_table(source)))
+
+
+def _done(run: ReportRun) -> tuple[Cell, ...]:
+    started = moment_text(run.metadata["run"].get("started_utc"))
+    complete = sum(bool(cycle.get("complete")) for cycle in run.cycles)
+    step = run.fact("step", "name") or run.metadata["run"].get("step_index")
+    ended = f"{run.status} (simulated)" if run.simulated else run.status
+    return (
+        Cell(str(run.number), "number"),
+        Cell(run.id, "code"),
+        Cell(run.kind),
+        Cell(str(step)) if step not in {None, ""} else Cell(DASH, "missing", "not a step of a campaign"),
+        Cell(started) if started else Cell(DASH, "missing", NOT_RECORDED),
+        Cell(DASH, "missing", run.problem or "no usable samples")
+        if run.record is None
+        else Cell(duration_text(run.duration_s), "number"),
+        Cell(f"{complete} / {sum(len(part.cycles_used) for part in run.parts)}", "number"),
+        Cell(ended, "bad" if run.ended_early else "text"),
+    )
+
+
+def _result(run: ReportRun) -> tuple[Cell, ...]:
+    shown = run.shown_cycle()
+    nothing = _no_record(run) or (
+        "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
+    )
+    cells = [Cell(run.label, "number")]
+    for entry in _OF_RUN:
+        why = _why_missing(run.evaluated, entry.name) if shown is not None and run.cycles_used else nothing
+        mean = run.summary.get(entry.name)
+        if entry.shown.runs == "extreme":
+            extreme = run.extreme(entry.name)
+            cells.append(quantity_cell(entry.name, None if extreme is None else extreme.value, nothing))
+        elif entry.shown.main and isinstance(mean, Mapping):
+            cells.append(measured_cell(mean.get("value"), mean.get("expanded_uncertainty"), why))
+        else:
+            cells.append(quantity_cell(entry.name, run.result(entry.name), why))
+    cells.append(_temperature_of_run(run))
+    cells.append(run_verdict_cell(run))
+    return tuple(cells)
+
+
+def _no_record(run: ReportRun) -> str:
+    """Return why a run has no samples; nothing where it has: then its problem is no reason for a dash."""
+    return run.problem if run.record is None else ""
+
+
+def _temperature_of_run(run: ReportRun) -> Cell:
+    starts = [usable((cycle.get("temperature_C") or {}).get("start")) for cycle in run.cycles]
+    known_starts = [value for value in starts if value is not None]
+    warmest = run.extreme("temperature_max_C")
+    if not known_starts or warmest is None or warmest.value is None:
+        why = _no_record(run) or (
+            "the run has no temperature channel"
+            if run.record is None or not run.record.temperatures
+            else "no reading within a cycle"
+        )
+        return Cell(DASH, "missing", why)
+    return Cell(f"{known_starts[0]:.1f} → {warmest.value:.1f}".replace("-", "−"), "number")
+
+
+def cycles_section(source: ReportSource) -> Section:
+    """Return the tables with a row for each cycle: how it was run, and what came out."""
+    chosen = [(run, cycle) for run in source.runs for cycle in _printed(run)]
+    left_out = [
+        f"run {run.number}: {len(_printed(run))} of {len(run.cycles)}"
+        for run in source.runs
+        if len(_printed(run)) < len(run.cycles)
+    ]
+    note = (
+        f"Of long harmonic runs the last {MOST_HARMONIC_CYCLES} cycles up to the last one used are printed "
+        f"({'; '.join(left_out)}); the evaluation document holds all."
+        if left_out
+        else ""
+    )
+    motion = Table(
+        "Cycles: stroke, force, speed and temperature",
+        (
+            Column("Run"),
+            Column("Cycle"),
+            Column("State"),
+            *columns(_MOTION),
+        ),
+        tuple((*cycle_head(run, cycle), *_values(cycle, _MOTION)) for run, cycle in chosen),
+        note=note,
+    )
+    energy = Table(
+        "Cycles: energy, damping and stiffness",
+        (
+            Column("Run"),
+            Column("Cycle"),
+            Column("State"),
+            *columns(_ENERGY),
+        ),
+        tuple((*cycle_head(run, cycle), *_values(cycle, _ENERGY)) for run, cycle in chosen),
+        note="With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
+        "absorbed over the stored energy; it is not the loss factor.",
+    )
+    return Section("cycles", "Cycles", (motion, energy))
+
+
+def _printed(run: ReportRun) -> list[Mapping[str, Any]]:
+    if run.kind != "harmonic" or len(run.cycles) <= MOST_HARMONIC_CYCLES:
+        return run.cycles
+    used = [index for part in run.parts for index in part.cycles_used]
+    last = max(used, default=run.cycles[-1]["index"])
+    upto = [cycle for cycle in run.cycles if cycle["index"] <= last]
+    return upto[-MOST_HARMONIC_CYCLES:]
+
+
+def cycle_head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, Cell, Cell]:
+    """Return the cells that name a cycle: its run, its number, and whether the results are from it."""
+    if not cycle.get("complete"):
+        state = "incomplete"
+    elif any(cycle["index"] in part.cycles_used for part in run.parts):
+        state = "used"
+    else:
+        state = "steady" if cycle.get("steady") else "settling"
+    return (Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"), Cell(state))
+
+
+def _values(cycle: Mapping[str, Any], entries: Catalogue) -> tuple[Cell, ...]:
+    expanded = cycle.get("expanded_uncertainty") or {}
+    return tuple(
+        measured_cell(cycle.get(entry.name), expanded[entry.name], _why_missing(cycle, entry.name))
+        if entry.shown.main and usable(expanded.get(entry.name)) is not None
+        else value_cell(entry, cycle)
+        for entry in entries
+    )

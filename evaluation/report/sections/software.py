@@ -1,0 +1,41 @@
+"""The section on the software: whether this version was validated (ISO/IEC 17025, 7.11.2)."""
+
+from __future__ import annotations
+
+from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts, moment_text
+from bufferstand.evaluation.report.sections.identity import given
+from bufferstand.evaluation.report.source import ReportSource
+
+_NONE = (
+    "No validation record is named. One is made by “bufferstand validate --out DIR”; name it in report.toml: "
+    "validation = “validation.json”."
+)
+_OTHER = (
+    "The record is of another version than the one that evaluated these runs: it does not show that this one "
+    "is right."
+)
+_BAD = "The record says that values were not as agreed: these results must not be relied upon."
+
+
+def software_section(source: ReportSource) -> Section:
+    """Return what validated the software that evaluated the runs, or that nothing did."""
+    record = source.validation
+    if record is None:
+        return Section("software", "Validation of the software", (Texts((_NONE,)),))
+    validated, evaluated = record["software"], source.document.get("software") or {}
+    compared, missed = record["values_compared"], record["values_missed"]
+    facts = (
+        ("Validated", Cell(str(record["judged"]))),
+        ("On", Cell(moment_text(str(record["made"])) or str(record["made"]))),
+        ("By", given(record["by"], "not stated in the record")),
+        ("Result", Cell(f"{compared - missed} of {compared} agreed values in {record['sets_judged']} sets")),
+        ("SHA-256 of the record", Cell(str(record["sha256"]), "code")),
+        ("SHA-256 of the validated code", Cell(str(validated["code_sha256"]), "code")),
+    )
+    doubts = []
+    if record["other_program"] or evaluated.get("code_sha256") != validated["code_sha256"]:
+        doubts.append(_OTHER)
+    if not record["good"]:
+        doubts.append(_BAD)
+    blocks = (Sheet("", facts), *((Texts(tuple(doubts)),) if doubts else ()))
+    return Section("software", "Validation of the software", blocks)

@@ -1,0 +1,325 @@
+"""The closing sections: deviations, stops, warnings, decision rule, raw data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bufferstand.evaluation.facts import expected_turns, held_against
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Sheet,
+    Signature,
+    Signatures,
+    Table,
+    Texts,
+    fixed,
+    significant,
+)
+from bufferstand.evaluation.report.sections.identity import operator
+from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+
+DOUBTED = "doubted"
+"""Kind of a run's event that tells what ended an earlier start of its campaign, which recorded nothing."""
+_RULES = {
+    "simple": (
+        "Simple acceptance (ILAC-G8:09/2019, w = 0): a result passes if it lies within its limits, whatever "
+        "its uncertainty. The risk of a false acceptance is at most 50 % for a value exactly on a limit; the "
+        "conformance probability beside each result says how likely the true value conforms."
+    ),
+    "guard-band": (
+        "Guard band (ILAC-G8:09/2019, w = U): a result passes or fails only if it lies at least its expanded "
+        "uncertainty inside or outside its limits, with a risk of a false acceptance of at most 2.5 %; "
+        "between, the verdict is a conditional pass or a conditional fail."
+    ),
+}
+
+
+_TOLERANCES = (
+    ("prestress_mm", "mean stroke", "mm", 5.0, 0.1),
+    ("amplitude_mm", "amplitude", "mm", 1.0, 0.1),
+    ("frequency_Hz", "frequency", "Hz", 0.0, 0.05),
+)
+"""How far a harmonic run may be from its step before the report says so: absolute, or relative if larger."""
+_APPLIES = (
+    "It applies to every statement of conformity in this report; to which runs and cycles each of them "
+    "refers stands beside it."
+)
+_UNKNOWN_RULE = "The evaluation document does not state by which decision rule its verdicts were given."
+_UNCERTAINTY = (
+    "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
+    "the unit of the measured value. Where the record states no accuracy of its channels, none is given."
+)
+_VALIDITY = (
+    "The results relate only to the items tested. This report shall not be reproduced except in full without "
+    "approval of the laboratory."
+)
+
+
+def deviations_section(source: ReportSource) -> Section:
+    """Return what deviates from the method, and the runs that ended early with their reasons."""
+    items = [*source.fields.deviations, *_derived_deviations(source)]
+    blocks: list[Texts | Table] = [Texts(tuple(dict.fromkeys(items)) or ("None.",), listed=True)]
+    early = [run for run in source.runs if run.status in {"stopped", "failed", "recovered"}]
+    if early:
+        rows = []
+        for run in early:
+            reason = str(run.metadata["run"].get("reason") or "")
+            events = "; ".join(
+                text if at is None else f"{fixed(at, 1)} s: {text}" for at, _, text in run.events[-3:]
+            )
+            rows.append(
+                (
+                    Cell(str(run.number), "number"),
+                    Cell(run.id, "code"),
+                    Cell(run.status, "text" if run.status == "recovered" else "bad"),
+                    Cell(reason) if reason else Cell(DASH, "missing", "no reason recorded"),
+                    Cell(events) if events else Cell(DASH, "missing", "no events recorded"),
+                )
+            )
+        blocks.append(
+            Table(
+                "Runs that ended early",
+                (Column("Run"), Column("Run id"), Column("Ended"), Column("Reason"), Column("Last events")),
+                tuple(rows),
+                note="Everything recorded up to that moment is kept and evaluated.",
+            )
+        )
+    blocks += [table for table in (_strokes(source), _forces(source)) if table is not None]
+    return Section("deviations", "Deviations and stopped runs", tuple(blocks))
+
+
+def _pair(row: Mapping[str, Any], what: str) -> str:
+    """Return a mean ± an amplitude, or the stroke at which a slow motion turns [mm]."""
+    mean, amplitude = row[f"{what}_mean_mm"], row[f"{what}_amplitude_mm"]
+    return fixed(mean, 2) if amplitude is None else f"{fixed(mean, 2)} ± {fixed(amplitude, 2)}"
+
+
+def _not_reached(run: ReportRun, row: Mapping[str, Any]) -> str:
+    made, asked = _pair(row, "reached"), _pair(row, "asked")
+    return (
+        f"Run {run.number}: the stroke that was asked for was not reached: {made} mm in place of {asked} mm."
+    )
+
+
+def _strokes(source: ReportSource) -> Table | None:
+    """Return what was asked, commanded and reached in each run that says so; None if none does."""
+    rows = []
+    for run in source.runs:
+        for row in run.strokes:
+            whose = "specimen" if row["compensated"] else "piston"
+            rows.append(
+                (
+                    Cell(str(run.number), "number"),
+                    Cell(f"{_pair(row, 'asked')} ({whose})"),
+                    Cell(_pair(row, "last_commanded")),
+                    Cell(_pair(row, "reached")),
+                    _off(run, row),
+                )
+            )
+    heads = ("Run", "Asked mm", "Commanded mm", "Reached mm", "Off")
+    note = (
+        "Mean ± amplitude of a sine, or the stroke at which a slow one turns: of the piston as commanded "
+        "last, of the specimen as it was reached in the last full cycle. Cycles that are named were off by "
+        "more than the campaign states. Where the piston’s stroke was asked for, what the plan expected of "
+        "the specimen stands in place of a deviation."
+    )
+    columns = tuple(Column(head) for head in heads)
+    return Table("Strokes asked, commanded and reached", columns, tuple(rows), note=note) if rows else None
+
+
+def _off(run: ReportRun, row: Mapping[str, Any]) -> Cell:
+    """Return by how much a motion missed what was asked of the specimen, or what was expected of it."""
+    if row["by_force"]:
+        return Cell("turned at its force limit")
+    if row["compensated"]:
+        percent = row["off_percent"]
+        share = "" if percent is None else f"; amplitude {percent:+.2f} %"
+        cycles = f"; cycles {row['cycles_off']} of {row['cycles']}" if row.get("cycles_off") else ""
+        return Cell(f"{row['off_mm']:+.2f} mm{share}{cycles}")
+    expected = expected_turns(run.fact("step") or {}, row["motion"])
+    if expected is None:
+        return Cell(DASH, "missing", "what the plan expected of the specimen is not on record")
+    if row["reached_amplitude_mm"] is None:
+        return Cell(f"expected {fixed(expected.upper_mm, 2)}")
+    return Cell(f"expected {fixed(expected.mean_mm, 2)} ± {fixed(expected.amplitude_mm, 2)}")
+
+
+def _forces(source: ReportSource) -> Table | None:
+    """Return what was asked and reached in each run between two forces; None if there is none."""
+    rows = []
+    for run in source.runs:
+        for row in run.forces:
+            off = f"none of {row['cycles']} cycles"
+            if row["cycles_off"]:
+                off = f"cycles {row['cycles_off']} of {row['cycles']}"
+            if row["stroke_limit_mm"] is not None:
+                off += f"; the stroke limit of {row['stroke_limit_mm']:g} mm came first"
+            rows.append(
+                (
+                    Cell(str(run.number), "number"),
+                    Cell(f"{row['asked_min_kN']:g} … {row['asked_max_kN']:g}"),
+                    Cell(f"{fixed(row['reached_min_kN'], 1)} … {fixed(row['reached_max_kN'], 1)}"),
+                    Cell(significant(row["tolerance_kN"], 3)),
+                    Cell(off, "bad" if row["cycles_off"] else "text"),
+                )
+            )
+    heads = ("Run", "Asked kN", "Reached kN", "Tolerance kN", "Off")
+    note = "Reached in the last cycle. Cycles that are named turned further from a force than the tolerance."
+    columns = tuple(Column(head) for head in heads)
+    return Table("Forces asked and reached", columns, tuple(rows), note=note) if rows else None
+
+
+def _derived_deviations(source: ReportSource) -> list[str]:
+    items = []
+    limited: dict[tuple[float, str], list[int]] = {}
+    for run in source.runs:
+        limit, by = run.limit("force_max_kN")
+        short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.stated)
+        if limit is not None and short:
+            limited.setdefault((limit, by), []).append(run.number)
+        conditions = [requirement for requirement in run.stated if is_condition(requirement)]
+        for verdict, words in (("fail", "broken"), ("inconclusive", "not shown by the record")):
+            concerned = [requirement for requirement in conditions if requirement["verdict"] == verdict]
+            items += [f"Run {run.number}: condition {words}: {p}." for p in grouped_points(concerned)]
+    items += [
+        f"Force limited to {limit:g} kN by {by} ({runs_text(numbers)}): full stroke was not reached."
+        for (limit, by), numbers in limited.items()
+    ]
+    items += [_not_reached(run, row) for run in source.runs for row in run.strokes if row.get("not_reached")]
+    items += [
+        f"Run {run.number}: {finding['text']}."
+        for run in source.runs
+        for finding in run.evaluated.get("plausibility") or ()
+        if finding["kind"] == "guard"
+    ]
+    items += [
+        f"{_capital(text)}."  # each run that came after tells it in the same words
+        for run in source.runs
+        for _, kind, text in run.events
+        if kind == DOUBTED
+    ]
+    items += [f"Results of external providers: {text}" for text in source.fields.external_results]
+    imported = [run.number for run in source.runs if run.status == "imported"]
+    if imported:
+        items.append(
+            f"Imported from foreign records, not measured by this software: {runs_text(imported)}. "
+            "Results of external providers."
+        )
+    return items
+
+
+def warnings_section(source: ReportSource, further: list[str]) -> Section | None:
+    """Return every warning once with the runs that it concerns, or None if there is none."""
+    of: dict[str, list[int]] = {}
+    for run in source.runs:
+        for warning in ([run.problem] if run.problem else []) + run.warnings:
+            of.setdefault(warning, []).append(run.number)
+    further = [*further, *(text for run in source.runs for text in not_as_required(run))]
+    items = [*source.findings, *further, *(f"{_capital(runs_text(n))}: {text}" for text, n in of.items())]
+    return Section("warnings", "Warnings", (Texts(tuple(items), listed=True),)) if items else None
+
+
+def not_as_required(run: ReportRun) -> list[str]:
+    """Say where a harmonic run is not the step that it was recorded for."""
+    texts = []
+    for name, words, unit, absolute, relative in _TOLERANCES:
+        required, measured = held_against(run.fact("step") or {}, name), run.result(name)
+        if run.kind != "harmonic" or required is None or measured is None:
+            continue
+        if abs(measured - required.value) <= max(absolute, relative * abs(required.value)):
+            continue
+        value = f"{significant(required.value, 3)} {unit}"
+        what = f"the required {value} of the step"
+        if required.of_piston is not None:
+            of_piston = f"{significant(required.of_piston, 3)} {unit}"
+            what = f"the {value} that the plan expected of the specimen for {of_piston} of the piston"
+        texts.append(f"Run {run.number}: {words} {significant(measured, 3)} {unit} is not {what}.")
+    return texts
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def rule_section(source: ReportSource) -> Section:
+    """Return the decision rule with its risk, and how uncertainties are stated."""
+    by = source.fields.decision_rule_set_by
+    items = [
+        _RULES.get(str(source.decision_rule), _UNKNOWN_RULE),
+        *((f"The rule was set by: {by}.",) if by else ()),
+        _APPLIES,
+        _UNCERTAINTY,
+        "A result that is missing, not reached or not shown by the record is never counted as passed.",
+    ]
+    return Section("decision-rule", "Decision rule and uncertainty", (Texts(tuple(items)),))
+
+
+def opinions_section(source: ReportSource) -> Section | None:
+    """Return opinions and interpretations, kept apart from the results; None if there are none."""
+    if not source.fields.opinions:
+        return None
+    apart = "These are not results of the tests; who authorised the report answers for them."
+    return Section(
+        "opinions",
+        "Opinions and interpretations",
+        (Texts(source.fields.opinions, listed=True), Texts((apart,))),
+    )
+
+
+def data_section(source: ReportSource) -> Section:
+    """Return the raw data files with their hashes, and what the customer supplied."""
+    table = Table(
+        "Raw data",
+        (Column("Run"), Column("File"), Column("SHA-256")),
+        tuple(
+            (Cell(str(run.number), "number"), Cell(run.file, "code"), Cell(run.sha256, "code"))
+            for run in source.runs
+        ),
+        note="“bufferstand verify” on these files shows whether they are whole and unaltered.",
+    )
+    originals = tuple(
+        (
+            f"Run {run.number}",
+            Cell(f"{run.fact('original', 'file')}, SHA-256 {run.fact('original', 'sha256')}"),
+        )
+        for run in source.runs
+        if run.fact("original", "file")
+    )
+    blocks: list[Table | Sheet | Texts] = [table]
+    if originals:
+        blocks.append(Sheet("Original files of imported runs", originals))
+    if source.fields.customer_supplied:
+        blocks.append(
+            Texts(
+                (
+                    "Supplied by the customer, and not the laboratory’s responsibility:",
+                    *source.fields.customer_supplied,
+                ),
+                listed=True,
+            )
+        )
+    return Section("data", "Raw data", tuple(blocks))
+
+
+def statements_section(source: ReportSource) -> Section:
+    """Return remarks, the validity statement and who answers for the report."""
+    fields = source.fields
+    texts = Texts(
+        (
+            *fields.remarks,
+            _VALIDITY,
+        )
+    )
+    signatures = Signatures(
+        (
+            Signature("Tested by", operator(source)),
+            Signature("Checked by", fields.checked_by),
+            Signature("Authorised by", fields.authorised_by),
+        )
+    )
+    return Section("statements", "Validity and signatures", (texts, signatures))

@@ -1,0 +1,206 @@
+"""Verdicts in words: the cell, the sentence that says why, and the table of what was required."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Table,
+    Texts,
+    Tone,
+    VerdictLine,
+    limits_text,
+    measured_cell,
+    probability_text,
+    usable,
+)
+from bufferstand.evaluation.report.sections.limit_set import inspection_blocks, limit_set_sheets
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
+
+_NAMES = {
+    "preload": "Preload",
+    "stored-energy": "Stored energy",
+    "absorbed-energy-ratio": "Absorbed / stored energy",
+    "temperature-range": "Temperature of the test",
+    "speed-limit": "Speed of the plunger",
+    "cycle-count": "Number of cycles",
+    "pause-limit": "Pause between cycles",
+    "rest-after-assembly": "Rest after assembly",
+    "immediate-unloading": "Unloading follows at once",
+    "full-release": "Full release between cycles",
+    "full-stroke": "Full stroke",
+    "impact-speed": "Impact speed",
+    "stored-energy-category": "Stored energy of the category",
+}
+_SYMBOLS: dict[str, tuple[str, Tone]] = {
+    "pass": ("✓", "good"),
+    "conditional-pass": ("(✓)", "good"),
+    "conditional-fail": ("(✗)", "bad"),
+    "fail": ("✗", "bad"),
+    "inconclusive": ("◇", "open"),
+    "not-tested": ("◇", "open"),
+    "invalid": ("✗", "bad"),
+}
+_ORDER = ("invalid", "fail", "conditional-fail", "inconclusive", "not-tested", "conditional-pass", "pass")
+_NO_VERDICT = "nothing is required of a run of this kind"
+
+
+_CONDITIONS = frozenset(
+    name
+    for name in _NAMES
+    if name not in {"preload", "stored-energy", "absorbed-energy-ratio", "stored-energy-category"}
+)
+
+
+def is_condition(requirement: Mapping[str, Any]) -> bool:
+    """Say whether it is a condition of the test, and no requirement on the specimen."""
+    return bool(requirement.get("condition", requirement["id"] in _CONDITIONS))
+
+
+def verdict_cell(verdict: object, why: str = _NO_VERDICT) -> Cell:
+    """Return a verdict with its symbol, so that it reads without colour; None is a dash and why."""
+    if verdict is None:
+        return Cell(DASH, "missing", why)
+    symbol, tone = _SYMBOLS[str(verdict)]
+    return Cell(f"{symbol} {str(verdict).replace('-', ' ')}", tone)
+
+
+def run_verdict_cell(run: ReportRun) -> Cell:
+    """Return the verdict of a run; in brackets and without colour where no statement rests on it."""
+    cell = verdict_cell(run.evaluated.get("verdict"))
+    return Cell(f"({cell.text})") if run.characterises and cell.tone != "missing" else cell
+
+
+def worst(verdicts: Sequence[str]) -> str:
+    """Return the gravest of some verdicts."""
+    return min(verdicts, key=_ORDER.index)
+
+
+def name_of(requirement: Mapping[str, Any]) -> str:
+    """Return a requirement's id as words: ``Force at 60 mm``."""
+    identifier = str(requirement.get("id"))
+    if identifier.startswith("force-at-"):
+        return f"Force at {identifier.removeprefix('force-at-').removesuffix('mm')} mm"
+    return _NAMES.get(identifier, identifier.replace("-", " ").capitalize())
+
+
+def verdict_line(run: ReportRun) -> VerdictLine:
+    """Return a run's verdict with a sentence that a person who reads nothing else can act on."""
+    verdict = run.evaluated.get("verdict")
+    sentence, deciding = _sentence(run, verdict)
+    subject = f"Run {run.number} ({run.id}, {run.kind})"
+    if run.characterises:
+        subject += ": characterisation, no part of the statement of conformity"
+    return VerdictLine(run_verdict_cell(run), subject, sentence, grouped_points(deciding))
+
+
+def _sentence(run: ReportRun, verdict: object) -> tuple[str, Sequence[Mapping[str, Any]]]:
+    """Return the sentence, and the requirements that decided."""
+    if verdict is None:
+        return f"No verdict: {_NO_VERDICT}.", ()
+    conditions = [r for r in run.requirements if is_condition(r)]
+    required = [r for r in run.requirements if not is_condition(r)]
+    if verdict == "pass":
+        kept = f"all {len(conditions)} conditions of the test were kept"
+        return f"All {len(required)} requirements are met and {kept}.", ()
+    if verdict == "invalid":
+        broken = [r for r in conditions if r["verdict"] == "fail"]
+        return "The test does not count, because its conditions were broken:", broken
+    if verdict == "fail":
+        failed = [r for r in required if r["verdict"] == "fail"]
+        return f"{len(failed)} of {len(required)} requirements are not met:", failed
+    if verdict in {"inconclusive", "not-tested"}:
+        open_ = [r for r in [*conditions, *required] if r["verdict"] in {"inconclusive", "not-tested"}]
+        met = sum(r["verdict"] in {"pass", "conditional-pass"} for r in required)
+        return f"Nothing failed; {met} of {len(required)} requirements are met. Not decided:", open_
+    near = [r for r in run.requirements if r["verdict"] == verdict]
+    return f"{len(near)} results lie closer to a limit than their uncertainty:", near
+
+
+def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """Return one line a requirement, with its cycles and the reason in the first of them."""
+    reasons: dict[str, str] = {}
+    cycles: dict[str, list[str]] = {}
+    for requirement in requirements:
+        name = name_of(requirement)
+        reasons.setdefault(name, str(requirement.get("why") or "").rstrip(". "))
+        cycle = requirement.get("cycle")
+        cycles.setdefault(name, []).extend([] if cycle is None else [str(cycle)])
+    points = []
+    for name, why in reasons.items():
+        of = cycles[name]
+        where = f" (cycle{'s' if len(of) > 1 else ''} {', '.join(of)})" if of else ""
+        points.append(f"{name}{where}: {why}" if why else f"{name}{where}")
+    return tuple(points)
+
+
+def requirements_section(source: ReportSource) -> Section | None:
+    """Return the requirements of every run that has any, or None if none has."""
+    tables = []
+    for run in source.runs:
+        ordered = sorted(run.requirements, key=_reading_order)
+        for conditions in (False, True):
+            rows = [r for r in ordered if is_condition(r) is conditions]
+            if rows:
+                tables.append(_table(run, rows, conditions=conditions))
+    if not tables:
+        return None
+    judged = [requirement for run in source.runs for requirement in run.requirements]
+    standards = dict.fromkeys(str(r["standard"]) for r in judged)
+    editions = dict.fromkeys(
+        f"{r['standard']}, edition: {r.get('edition') or 'not on record'}." for r in judged
+    )
+    sets = limit_set_sheets(source)
+    blocks = (*(sets or (Texts(tuple(editions)),)), *tables, *inspection_blocks(source))
+    return Section("requirements", f"Requirements of {', '.join(standards)}", blocks)
+
+
+def _reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
+    """Cycle by cycle; the forces by stroke, then the energies."""
+    at = usable(requirement.get("stroke_mm"))
+    return int(requirement.get("cycle") or 0), 1 if at is None else 0, at or 0.0
+
+
+def _table(run: ReportRun, requirements: Sequence[Mapping[str, Any]], *, conditions: bool) -> Table:
+    what = "conditions of the test" if conditions else "requirements on the specimen"
+    what += " (characterisation)" if run.characterises else ""
+    return Table(
+        f"Run {run.number} ({run.id}): {what}",
+        (
+            Column("Condition" if conditions else "Requirement"),
+            Column("Cycle"),
+            Column("Measured ± U"),
+            Column("Permitted"),
+            Column("Unit"),
+            Column("Conf. prob."),
+            Column("Verdict"),
+            Column("Why"),
+        ),
+        tuple(_row(requirement) for requirement in requirements),
+    )
+
+
+def _row(requirement: Mapping[str, Any]) -> tuple[Cell, ...]:
+    why = str(requirement.get("why") or "")
+    probability = usable(requirement.get("conformance_probability"))
+    cycle = requirement.get("cycle")
+    unit = str(requirement.get("unit") or "")
+    return (
+        Cell(name_of(requirement)),
+        Cell("all" if cycle is None else str(cycle), "number"),
+        measured_cell(
+            requirement.get("measured"), requirement.get("expanded_uncertainty"), why or "not measured"
+        ),
+        Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
+        Cell("–" if unit in {"", "1"} else unit),
+        Cell(DASH, "missing", "no uncertainty, or no measured value, to compute it from")
+        if probability is None
+        else Cell(probability_text(probability), "number"),
+        verdict_cell(requirement["verdict"]),
+        Cell(why or str(requirement.get("requirement") or "")),
+    )

@@ -1,0 +1,81 @@
+"""What a report is made from.
+
+Runs with their evaluation, the laboratory's fields, specimens, curves, and a model's answers.
+"""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.evaluation.report.source.curves import (
+        at_strokes,
+        campaign_clock,
+        energy_trace,
+        loop_of,
+        steps_of,
+        stroke_trace,
+        temperature_traces,
+    )
+    from bufferstand.evaluation.report.source.fields import (
+        ReportFields,
+        missing_fields,
+        read_fields,
+    )
+    from bufferstand.evaluation.report.source.model_answer import (
+        ModelAnswer,
+    )
+    from bufferstand.evaluation.report.source.purposes import (
+        check_chosen,
+        purpose_texts,
+        purpose_warnings,
+    )
+    from bufferstand.evaluation.report.source.reading import (
+        Given,
+        read_source,
+    )
+    from bufferstand.evaluation.report.source.source import (
+        NOT_RECORDED,
+        ReportRun,
+        ReportSource,
+        runs_text,
+    )
+    from bufferstand.evaluation.report.source.specimens import (
+        MOST_SIDES,
+        ComparedSpecimens,
+        Condition,
+        alone,
+        conditions_of,
+        side_by_side,
+    )
+
+__all__ = [
+    "MOST_SIDES",
+    "NOT_RECORDED",
+    "ComparedSpecimens",
+    "Condition",
+    "Given",
+    "ModelAnswer",
+    "ReportFields",
+    "ReportRun",
+    "ReportSource",
+    "alone",
+    "at_strokes",
+    "campaign_clock",
+    "check_chosen",
+    "conditions_of",
+    "energy_trace",
+    "loop_of",
+    "missing_fields",
+    "purpose_texts",
+    "purpose_warnings",
+    "read_fields",
+    "read_source",
+    "runs_text",
+    "side_by_side",
+    "steps_of",
+    "stroke_trace",
+    "temperature_traces",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

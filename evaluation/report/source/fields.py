@@ -1,0 +1,135 @@
+"""``report.toml``: what only the laboratory knows and a report must say (ISO/IEC 17025, 7.8.2.1)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BeforeValidator
+
+from bufferstand.foundation import BadInput
+from bufferstand.foundation.settings import Day, Settings, load_settings
+
+FILE_NAME = "report.toml"
+_Lines = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+
+
+class ReportFields(Settings):
+    """The report's own facts; an empty one is missing, and the report a draft."""
+
+    number: str = ""
+    """The laboratory's own number of the report, printed beside the id."""
+    laboratory: str = ""
+    laboratory_address: str = ""
+    place_of_test: str = ""
+    customer: str = ""
+    customer_address: str = ""
+    method: str = ""
+    """Test method with edition and procedure version."""
+    received: Day | None = None
+    """When the specimen was received."""
+    specimen_condition: str = ""
+    """What state it was in: damage, wear, completeness (7.8.2.1 g)."""
+    issued: Day | None = None
+    tested_by: str = ""
+    checked_by: str = ""
+    authorised_by: str = ""
+    sampling: str = ""
+    """Sampling plan, where it bears on the results."""
+    deviations: _Lines = ()
+    """Additions to, deviations or exclusions from the method."""
+    remarks: _Lines = ()
+    not_tested: _Lines = ()
+    """What of the method was not tested, and why, beyond what the runs themselves show."""
+    external_results: _Lines = ()
+    """Results that are another laboratory's, and whose (7.8.2.1 p)."""
+    decision_rule_set_by: str = ""
+    """Who prescribed the decision rule: the standard, the customer, or the laboratory (7.8.6.1)."""
+    opinions: _Lines = ()
+    """Opinions and interpretations, kept apart from the results (7.8.7)."""
+    validation: str = ""
+    """The record of ``bufferstand validate`` (validation.json), relative to this file (7.11.2)."""
+    customer_supplied: _Lines = ()
+    """Data that the customer supplied, for which the laboratory does not answer."""
+    amends: str = ""
+    """Id of the report that this one replaces (7.8.8)."""
+    amends_issued: Day | None = None
+    """When that one was issued."""
+    amendment_reason: str = ""
+    amendment_changes: _Lines = ()
+    """What is different from that one."""
+
+
+_REQUIRED = {
+    "laboratory_address": "address of the laboratory",
+    "place_of_test": "place of the test",
+    "customer_address": "address of the customer",
+    "method": "test method with edition and procedure version",
+    "received": "date of receipt of the specimen",
+    "issued": "date of issue",
+    "checked_by": "who checked the report",
+    "authorised_by": "who authorised the report",
+}
+
+
+_OF_AN_AMENDMENT = {
+    "amends_issued": "date of the report that this one replaces",
+    "amendment_changes": "what this report changes",
+}
+
+
+def load_fields(folder: Path) -> ReportFields:
+    """Read ``report.toml`` in ``folder``; without one every field is missing.
+
+    Raises
+    ------
+    BadInput
+        As :func:`read_fields`.
+    """
+    path = folder / FILE_NAME
+    return read_fields(path) if path.exists() else ReportFields()
+
+
+def read_fields(path: Path) -> ReportFields:
+    """Read a file of report fields.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read or breaks the schema, or changes a report and does not say which or why.
+    """
+    fields = load_settings(path, ReportFields)
+    if fields.validation:
+        fields = fields.model_copy(update={"validation": str(path.parent / fields.validation)})
+    if fields.amends and not fields.amendment_reason:
+        raise BadInput(
+            f"the report amends {fields.amends} and does not say why",
+            file=path,
+            place="amendment_reason",
+            remedy="add the reason",
+        )
+    of_an_amendment = ("amends_issued", "amendment_reason", "amendment_changes")
+    if not fields.amends and (stray := [name for name in of_an_amendment if getattr(fields, name)]):
+        raise BadInput(
+            "the report is said to change another one, and not which",
+            file=path,
+            place=stray[0],
+            remedy="add amends, the id of the report that it replaces",
+        )
+    return fields
+
+
+def missing_fields(fields: ReportFields, laboratory: str, customer: str, tested_by: str) -> tuple[str, ...]:
+    """Return in words what is missing, given what the runs' own records say.
+
+    Parameters
+    ----------
+    fields : ReportFields
+        As the laboratory filled them in.
+    laboratory, customer, tested_by : str
+        As found in ``fields`` or the runs; empty where neither says it.
+    """
+    known = {"laboratory": laboratory, "customer": customer, "operator": tested_by}
+    absent = [f"name of the {what}" for what, name in known.items() if not name]
+    required = _REQUIRED | (_OF_AN_AMENDMENT if fields.amends else {})
+    return (*absent, *(text for name, text in required.items() if not getattr(fields, name)))

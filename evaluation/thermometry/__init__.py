@@ -1,1 +1,0 @@
-"""Temperatures of cycles: what the sensors show, and whether their readings cover a cycle."""

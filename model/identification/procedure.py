@@ -1,0 +1,272 @@
+"""Identifies a spring model from recorded runs: free parameters, fit, quality, and what is missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bufferstand.foundation import BadInput
+from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason
+from bufferstand.model.identification.drive import Drive
+from bufferstand.model.identification.fitting import (
+    Estimate,
+    Solution,
+    estimates,
+    freeze,
+    identified,
+    solve,
+)
+from bufferstand.model.identification.laws import LAWS, NAMES
+from bufferstand.model.identification.parameters import FixedParts, model_of
+from bufferstand.model.identification.problem import Experiment, Problem
+from bufferstand.model.identification.starting import knots_of, start_vector
+from bufferstand.model.identification.validation import CycleCheck, check_cycles, cycles_of, quality
+from bufferstand.model.spring import SpringModel
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+HOLD_OUT = 5
+"""One cycle in so many is held out for the cross-validation, of runs that have three or more."""
+_ALWAYS_FREE = ("transition_length_mm",)
+_TOGETHER = {"beta": ("tau_s",), "sensitivity_per_K": ("depth_mm",)}
+_CHECKS = 3
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """What the user decides.
+
+    Parameters
+    ----------
+    knots : int, optional
+        Number of knots of the curves; one every 5 mm if not given.
+    reference_C : float, optional
+        T_ref; 25 °C if the runs were that warm at some time, else the middle of their temperatures.
+    contact_ramp_mm : float
+        Stroke over which the preload builds up; forces below twice this stroke are not used.
+    without : tuple of str
+        Parameters that are not to be identified.
+    hold_out : bool
+        Cross-validate on held-out cycles (one more fit).
+    name, sense, origin : str
+        For the model file.
+    """
+
+    knots: int | None = None
+    reference_C: float | None = None
+    contact_ramp_mm: float = 0.2
+    without: tuple[str, ...] = ()
+    hold_out: bool = True
+    name: str = "identified spring"
+    sense: str = "compression"
+    origin: str = ""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter that the runs do not identify, why, and what stands in its place."""
+
+    name: str
+    why: str
+    value: float
+    unit: str
+    on_request: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """What came of it.
+
+    Attributes
+    ----------
+    model : SpringModel
+    solution : Solution
+    estimates : tuple of Estimate
+        Laws' parameters, then the curves at the knots.
+    unknown : tuple of Unknown
+    facts : RunFacts
+        What the runs cover.
+    cycles : tuple of CycleCheck
+        Every cycle against the model that was fitted to all of them.
+    held_out : tuple of CycleCheck
+        Cycles against a model that did not see them; empty if there were too few.
+    notes : tuple of str
+        What must be known of the result.
+    """
+
+    model: SpringModel
+    solution: Solution
+    estimates: tuple[Estimate, ...]
+    unknown: tuple[Unknown, ...]
+    facts: CoverageFacts
+    cycles: tuple[CycleCheck, ...]
+    held_out: tuple[CycleCheck, ...]
+    notes: tuple[str, ...]
+
+
+def experiment_of(drive: Drive, *, contact_ramp_mm: float = 0.2, sensor_sigma_C: float = 0.05) -> Experiment:
+    """Return a drive as an experiment: which forces count, and whether the spring had rested before.
+
+    Forces below twice the contact ramp do not count (they tell of the plate, not of the spring), nor those
+    of the first cycle of a record that begins under load: the spring's state is not known there. A drive that
+    has a rest of its own before (``drive.rested``) starts with one temperature for mass and sensor.
+    """
+    stroke = drive.stroke_mm[drive.node]
+    used = stroke > 2.0 * contact_ramp_mm + 0.1
+    if drive.stroke_mm[0] > 1.0:
+        used &= drive.half[drive.node] >= 2
+    return Experiment(drive, drive.rested, used, sensor_sigma_C)
+
+
+def identify(drives: Sequence[Drive], settings: FitSettings | None = None) -> Identification:
+    """Identify a spring model from drives.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+        Independent of each other: each begins with a temperature of its own. Runs in a row are joined first
+        (:func:`bufferstand.model.identification.drive.join`), so that their cooling counts too.
+    settings : Settings, optional
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    BadInput
+        If the runs cannot be used at all; the message says why.
+    """
+    how = settings or FitSettings()
+    for name in how.without:
+        if name not in NAMES:
+            raise BadInput(f"there is no parameter “{name}”", remedy=f"use one of {', '.join(NAMES)}")
+    experiments = [experiment_of(drive, contact_ramp_mm=how.contact_ramp_mm) for drive in drives]
+    frame = _frame(drives, how)
+    problem = Problem(frame, experiments)
+    vector = problem.start(start_vector(frame, drives))
+    solution = _fit(problem, vector, how.without)
+    held_out: tuple[CycleCheck, ...] = ()
+    if how.hold_out:
+        held_out = _cross_validate(solution)
+    return _result(solution, held_out, how)
+
+
+def _frame(drives: Sequence[Drive], how: FitSettings) -> FixedParts:
+    readings = np.concatenate([drive.sensor_C for drive in drives])
+    if readings.size == 0:
+        readings = np.array([drive.ambient_C for drive in drives])
+    low, high = float(readings.min()), float(readings.max())
+    reference = how.reference_C
+    if reference is None:
+        reference = 25.0 if low - 0.5 <= 25.0 <= high + 0.5 else round(0.5 * (low + high), 1)
+    return FixedParts(
+        knots_mm=knots_of(drives, how.knots),
+        reference_C=reference,
+        contact_ramp_mm=how.contact_ramp_mm,
+        name=how.name,
+        sense="extension" if how.sense == "extension" else "compression",
+        origin=how.origin,
+    )
+
+
+def _fit(problem: Problem, vector: Floats, without: Sequence[str]) -> Solution:
+    """Fit, and take out what the runs do not say, until nothing changes."""
+    asked = set(without)
+    begun, free = freeze(problem, vector, sorted(asked))
+    first = problem.reweighted(problem.residuals(begun), 1.0)
+    out = asked | _unknown(first, begun, free)
+    start = vector
+    tried = {frozenset(out)}
+    while True:
+        frozen, free = freeze(problem, start, sorted(out))
+        solution = solve(problem, frozen, free)
+        # What was hidden by a poor start may show now, so all are looked at again, from their usual values.
+        start = np.where(free, solution.vector, vector)
+        _, every = freeze(problem, start, sorted(asked))
+        now = asked | _unknown(solution.problem, start, every, solution.correlation)
+        if frozenset(now) in tried or len(tried) >= _CHECKS:
+            still = _unknown(solution.problem, solution.vector, free, solution.correlation)
+            if not still:
+                return solution
+            now = out | still
+        out = now
+        tried.add(frozenset(out))
+
+
+def _unknown(problem: Problem, vector: Floats, free: Mask, correlation: float = 1.0) -> set[str]:
+    """Return the names of the laws' parameters that are free and not identified."""
+    known = identified(problem, vector, free, correlation)
+    names = {
+        law.name
+        for law in LAWS
+        if free[problem.frame.place(law.name)] and not known[problem.frame.place(law.name)]
+    }
+    for name, others in _TOGETHER.items():
+        if name in names or vector[problem.frame.place(name)] <= 0.0:
+            names |= {other for other in others if free[problem.frame.place(other)]}
+    return names - set(_ALWAYS_FREE) if problem.experiments else names
+
+
+def _cross_validate(solution: Solution) -> tuple[CycleCheck, ...]:
+    """Fit again without one cycle in five, and look at what the fit says about those."""
+    problem = solution.problem
+    held = []
+    for experiment in problem.experiments:
+        out = np.zeros(experiment.used.size, dtype=np.bool_)
+        cycles = cycles_of(experiment.drive)
+        if len(cycles) >= 3:
+            for nodes in cycles[HOLD_OUT // 2 :: HOLD_OUT]:
+                out[nodes] = True
+        held.append(out & experiment.used)
+    if not any(np.any(out) for out in held):
+        return ()
+    seen = Problem(
+        problem.frame,
+        [replace(e, used=e.used & ~out) for e, out in zip(problem.experiments, held, strict=True)],
+    )
+    fitted = solve(seen, solution.vector, solution.free)
+    answers = seen.answers(fitted.vector)
+    return tuple(
+        check
+        for experiment, given, out in zip(problem.experiments, answers, held, strict=True)
+        for check in check_cycles(replace(experiment, used=out), given)
+    )
+
+
+def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettings) -> Identification:
+    problem, vector = solution.problem, solution.vector
+    answers = problem.answers(vector)
+    facts = facts_of(problem, answers)
+    unknown = tuple(
+        Unknown(
+            law.name,
+            "it was left out on request" if law.name in how.without else reason(law.name, facts),
+            law.to_value(float(vector[problem.frame.place(law.name)])),
+            law.unit,
+            law.name in how.without,
+        )
+        for law in LAWS
+        if not solution.free[problem.frame.place(law.name)]
+    )
+    coldest, warmest = facts.temperature_C
+    valid_C = (math.floor(10.0 * coldest) / 10.0, math.ceil(10.0 * warmest) / 10.0)
+    model = model_of(problem.frame, vector, valid_C=valid_C)
+    checks = tuple(
+        check
+        for experiment, given in zip(problem.experiments, answers, strict=True)
+        for check in check_cycles(experiment, given)
+    )
+    notes = [*quality(solution, checks), *model.warnings(*facts.temperature_C)]
+    found = estimates(solution)
+    notes += [
+        f"{e.name} lies at the end of what was allowed ({abs(round(e.value, 9)):.4g} {e.unit})"
+        for e in found
+        if e.at_bound and e.identified
+    ]
+    return Identification(model, solution, tuple(found), unknown, facts, checks, held_out, tuple(notes))

@@ -1,0 +1,178 @@
+"""The campaign file: what is to be done, as users write it (docs/campaign-file.md)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from bufferstand.foundation.files import file_hash
+from bufferstand.foundation.settings import Settings, Within, parse_settings, read_text
+from bufferstand.protocols.bounded_numbers import Air, Speed, Temperature
+from bufferstand.protocols.campaign_file.guard_table import GuardTable
+from bufferstand.protocols.campaign_file.step_kinds import (
+    KINDS,
+    RepeatStep,
+    Step,
+    as_tuple,
+    checked_kind,
+)
+from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
+from bufferstand.protocols.campaign_file.zero_table import ZeroTable
+from bufferstand.protocols.limits import TestLimits
+
+_TaggedStep = Annotated[Annotated[Step, Field(discriminator="kind")], BeforeValidator(checked_kind(KINDS))]
+
+
+class CampaignFacts(Settings):
+    """``[campaign]``: what it is, where it runs and on what. Paths are relative to the campaign file."""
+
+    id: str = Field(
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        description="letters, digits and . _ - without spaces, a letter or digit first",
+    )
+    title: str = ""
+    stand: str = Field(min_length=1)
+    specimen: str = Field(min_length=1)
+    operator: str = ""
+    customer: str = ""
+    note: str = ""
+
+
+class PlanConditions(Settings):
+    """``[conditions]``: what the planner assumes; the run itself measures."""
+
+    ambient_C: Air = 21.0
+    specimen_C: Temperature | None = None
+
+    def start_C(self) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return the specimen's assumed temperature at the start [°C]: that of the air unless given."""
+        return self.ambient_C if self.specimen_C is None else self.specimen_C
+
+
+class MotionSettings(Settings):
+    """``[motion]``: how the actuator moves to and from the motion proper."""
+
+    ramp_speed_mm_per_s: Speed = 20.0
+    release_speed_mm_per_s: Speed = 20.0
+
+
+class PlanSettings(Settings):
+    """``[plan]``: in which order the steps are run, and how warm they may begin."""
+
+    order: Literal["given", "soonest"] = "given"
+    margin_C: Annotated[
+        float, Field(ge=0), Within(0.0, 20.0, "the stop itself is some 20 K above the air")
+    ] = 1.0
+    """So far below ``temperature_stop_C`` the planner keeps the sensor with its pauses [K]."""
+    start_max_C: Temperature | None = None
+    """No step that may be moved begins warmer than this [°C]; None: as warm as the limit allows."""
+
+
+class CampaignFile(Settings):
+    """A campaign file."""
+
+    campaign: CampaignFacts
+    limits: TestLimits = TestLimits()
+    guards: GuardTable = GuardTable()
+    zero: ZeroTable = ZeroTable()
+    conditions: PlanConditions = PlanConditions()
+    motion: MotionSettings = MotionSettings()
+    stroke: StrokeTable = StrokeTable()
+    plan: PlanSettings = PlanSettings()
+    step: Annotated[tuple[_TaggedStep, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign file as read: its content, its place, and the lines at which its steps begin."""
+
+    path: Path
+    content: CampaignFile
+    sha256: str
+    step_lines: tuple[int | None, ...]
+    nested_lines: tuple[tuple[int | None, ...], ...] = ()
+    """Lines of each step's ``[[step.step]]``."""
+
+    @property
+    def id(self) -> str:
+        """The campaign's id."""
+        return self.content.campaign.id
+
+    @property
+    def limits(self) -> TestLimits:
+        """``[limits]``."""
+        return self.content.limits
+
+    @property
+    def stand_path(self) -> Path:
+        """Path of the stand file."""
+        return self.path.parent / self.content.campaign.stand
+
+    @property
+    def specimen_path(self) -> Path:
+        """Path of the specimen file."""
+        return self.path.parent / self.content.campaign.specimen
+
+    def place(self, number: int, nested: int | None = None) -> str:
+        """Return where ``[[step]]`` ``number`` (from 1) stands in the file, for messages.
+
+        Parameters
+        ----------
+        number : int
+            From 1.
+        nested : int, optional
+            Which of its ``[[step.step]]`` is meant, from 1.
+        """
+        line, name = self.step_lines[number - 1], f"[[step]] {number}"
+        if nested is not None:
+            line, name = self.nested_lines[number - 1][nested - 1], f"{name}, [[step.step]] {nested}"
+        return name if line is None else f"line {line}: {name}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the campaign's facts for run files and ``plan --json``."""
+        return self.content.campaign.model_dump(mode="json") | {"file": self.path.name, "sha256": self.sha256}
+
+
+_STEP_HEADER = re.compile(r"^\s*\[\[\s*step\s*(\.\s*step\s*)?\]\]")
+
+
+def _step_lines(
+    text: str, steps: Sequence[Step]
+) -> tuple[tuple[int | None, ...], tuple[tuple[int | None, ...], ...]]:
+    """Return the line of each step and of each one in it; None where they are written some other way."""
+    lines: list[int] = []
+    inner: list[list[int]] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if not (header := _STEP_HEADER.match(line)):
+            continue
+        if header[1] is None:
+            lines.append(number)
+            inner.append([])
+        elif inner:
+            inner[-1].append(number)
+    counts = [len(step.step) if isinstance(step, RepeatStep) else 0 for step in steps]
+    if len(lines) != len(steps):
+        return (None,) * len(steps), tuple((None,) * count for count in counts)
+    nested = tuple(
+        tuple(found) if len(found) == count else (None,) * count
+        for found, count in zip(inner, counts, strict=True)
+    )
+    return tuple(lines), nested
+
+
+def load_campaign(path: Path) -> Campaign:
+    """Read a campaign file.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, is no TOML, or a key is unknown, missing or has a value that cannot be.
+    """
+    text = read_text(path)
+    content = parse_settings(text, CampaignFile, path)
+    return Campaign(path, content, file_hash(path), *_step_lines(text, content.step))

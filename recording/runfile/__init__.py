@@ -1,0 +1,106 @@
+"""The run file (HDF5): layout, metadata, writing, reading, and checks of its contents."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.recording.runfile.checks_in_subprocess import (
+        content_faults_apart,
+    )
+    from bufferstand.recording.runfile.content_checks import (
+        ContentFault,
+        content_faults,
+    )
+    from bufferstand.recording.runfile.data_frames import (
+        to_dataset,
+        to_frame,
+    )
+    from bufferstand.recording.runfile.file import (
+        TEMPORARY_SUFFIX,
+        fitting_heads,
+        open_run,
+        opened_run,
+        read_metadata,
+        write_columns,
+        write_run,
+    )
+    from bufferstand.recording.runfile.layout import (
+        ENTRY,
+        USER_BLOCK_BYTES,
+        DatasetColumn,
+        Widths,
+        file_is_as_sealed,
+        item_values,
+        segment_rows,
+        stream_columns,
+    )
+    from bufferstand.recording.runfile.metadata import (
+        FORMAT,
+        FORMAT_VERSION,
+        KINDS,
+        STATUSES,
+        check_new_document,
+    )
+    from bufferstand.recording.runfile.reading import (
+        column_blocks,
+        open_tree,
+        read_column,
+        read_document,
+    )
+    from bufferstand.recording.runfile.run import (
+        STROKES,
+        Run,
+        RunEvent,
+        Series,
+        mean_stroke,
+    )
+    from bufferstand.recording.runfile.simulated_origin import (
+        HOW_KEY,
+        KEY,
+        SPEED_KEY,
+        simulated_of,
+    )
+
+__all__ = [
+    "ENTRY",
+    "FORMAT",
+    "FORMAT_VERSION",
+    "HOW_KEY",
+    "KEY",
+    "KINDS",
+    "SPEED_KEY",
+    "STATUSES",
+    "STROKES",
+    "TEMPORARY_SUFFIX",
+    "USER_BLOCK_BYTES",
+    "ContentFault",
+    "DatasetColumn",
+    "Run",
+    "RunEvent",
+    "Series",
+    "Widths",
+    "check_new_document",
+    "column_blocks",
+    "content_faults",
+    "content_faults_apart",
+    "file_is_as_sealed",
+    "fitting_heads",
+    "item_values",
+    "mean_stroke",
+    "open_run",
+    "open_tree",
+    "opened_run",
+    "read_column",
+    "read_document",
+    "read_metadata",
+    "segment_rows",
+    "simulated_of",
+    "stream_columns",
+    "to_dataset",
+    "to_frame",
+    "write_columns",
+    "write_run",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

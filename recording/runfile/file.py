@@ -1,0 +1,282 @@
+"""Run files: writing one durably, opening one that can be trusted. The format is docs/run-file.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from bufferstand.foundation import BadInput
+from bufferstand.recording.content import Anchor, Event, StreamContent
+from bufferstand.recording.runfile.checks_in_subprocess import content_faults_apart
+from bufferstand.recording.runfile.content_checks import content_faults
+from bufferstand.recording.runfile.hdf5_file import TreeFile
+from bufferstand.recording.runfile.layout import (
+    ENTRY,
+    DatasetColumn,
+    TreeWriter,
+    Widths,
+    file_is_as_sealed,
+    item_values,
+    segment_rows,
+    stream_columns,
+    user_block,
+)
+from bufferstand.recording.runfile.metadata import (
+    FORMAT,
+    FORMAT_VERSION,
+    StreamHead,
+    check_document,
+    check_format,
+    check_new_document,
+    is_unaltered,
+)
+from bufferstand.recording.runfile.reading import RESTORE, DatasetReader
+from bufferstand.recording.runfile.run import Run, Series
+from bufferstand.recording.runfile.stream import StreamData
+from bufferstand.recording.whole_files import give_final_name
+
+__all__ = [
+    "FORMAT",
+    "FORMAT_VERSION",
+    "Run",
+    "Series",
+    "StreamData",
+    "open_run",
+    "opened_run",
+    "read_metadata",
+    "write_run",
+]
+
+TEMPORARY_SUFFIX = ".h5.tmp"
+
+
+def write_run(
+    path: Path,
+    metadata: Mapping[str, Any],
+    streams: Mapping[str, StreamContent],
+    events: Sequence[Event] = (),
+    anchors: Sequence[Anchor] = (),
+    *,
+    raw_units: Mapping[str, str] | None = None,
+) -> Path:
+    """Write a run file: durably, under its final name only when it was read back and found right.
+
+    Parameters
+    ----------
+    path : Path
+        Final name; a file of that name is replaced.
+    metadata : mapping
+        The metadata document without ``datasets`` and ``content_sha256``, which are added.
+    streams : mapping of str to StreamContent
+        Samples of those streams of the document that delivered any.
+    events, anchors : sequence
+        What happened, and pairs of clock readings.
+    raw_units : mapping of str to str, optional
+        Unit of a channel's raw numbers, ``count`` where not given.
+
+    Returns
+    -------
+    Path
+        ``path``.
+
+    Raises
+    ------
+    BadInput
+        If the document lacks something or does not fit the streams.
+    OSError
+        If it cannot be written, or not what was written can be read back.
+    """
+    held = {name: tuple(stream.counts) for name, stream in streams.items()}
+    heads = fitting_heads(metadata, held, path)
+    content = {name: streams[name] for name in heads if name in streams}
+    widths = Widths()
+    items: list[Event | Anchor] = [*events, *anchors]
+    for item in items:
+        widths.take(item)
+    columns = widths.columns()
+    for name, stream in content.items():
+        dtypes = {channel: values.dtype for channel, values in stream.counts.items()}
+        columns += stream_columns(
+            name, stream.rows, stream.time.dtype, dtypes, len(stream.segments), raw_units or {}
+        )
+    return write_columns(path, metadata, heads, columns, _values(content, items))
+
+
+def write_columns(
+    path: Path,
+    metadata: Mapping[str, Any],
+    heads: Mapping[str, StreamHead],
+    columns: Sequence[DatasetColumn],
+    values: Iterable[tuple[str, NDArray[Any]]],
+) -> Path:
+    """Write a run file of known datasets, whose numbers come bit by bit; otherwise as :func:`write_run`.
+
+    Parameters
+    ----------
+    path, metadata
+        As :func:`write_run`.
+    heads : mapping of str to StreamHead
+        The document's streams.
+    columns : sequence of Column
+        All datasets.
+    values : iterable of (str, NDArray)
+        Place of a dataset and its next rows, in any mixture.
+
+    Raises
+    ------
+    BadInput
+        By ``values``.
+    OSError
+        If it cannot be written, or not what was written can be read back.
+    """
+    temporary = path.with_suffix(TEMPORARY_SUFFIX)
+    with TreeFile(temporary) as file:
+        with TreeWriter(file, columns) as tree:
+            for place, rows in values:
+                tree.append(place, rows)
+            tree.finish(metadata, heads)
+        file.keep(user_block(temporary))
+    if not file_is_as_sealed(temporary):
+        raise OSError(f"{temporary}: what was written cannot be read back (its bytes differ)")
+    if faults := content_faults(temporary):
+        raise OSError(f"{temporary}: what was written cannot be read back ({faults[0].text})")
+    give_final_name(temporary, path)
+    return path
+
+
+def fitting_heads(
+    metadata: Mapping[str, Any], held: Mapping[str, Sequence[str]], path: Path
+) -> dict[str, StreamHead]:
+    """Return the streams of a document that fits what is held.
+
+    Parameters
+    ----------
+    metadata : mapping
+        The metadata document.
+    held : mapping of str to sequence of str
+        The channels that there are numbers of, by stream.
+    path : Path
+        The run file to be, for the message.
+
+    Raises
+    ------
+    BadInput
+        If the document lacks something, or has other streams or channels than those held.
+    """
+    heads = check_new_document(metadata, path)
+    if unknown := set(held) - set(heads):
+        raise BadInput(f"streams without metadata: {', '.join(sorted(unknown))}", file=path)
+    for name, channels in held.items():
+        if list(channels) != [channel.name for channel in heads[name].channels]:
+            raise BadInput(f"stream {name} holds {', '.join(channels)}", file=path, place=f"streams.{name}")
+    return heads
+
+
+def _values(
+    streams: Mapping[str, StreamContent], items: Sequence[Event | Anchor]
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    for name, stream in streams.items():
+        place = f"{ENTRY}/{name}"
+        yield f"{place}/{'time_s' if stream.time.dtype.kind == 'f' else 'time_us'}", stream.time
+        for channel, values in stream.counts.items():
+            yield f"{place}/{channel}", values
+        yield f"{place}/segments", segment_rows(stream.segments)
+    for item in items:
+        yield from item_values(item)
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Return the metadata document of a run file; quick, as the data are not looked at.
+
+    Raises
+    ------
+    BadInput
+        If it is no run file, of a newer format, or its document is altered.
+    """
+    return _unaltered_document(DatasetReader(path))
+
+
+def open_run(path: Path) -> Run:
+    """Open a run file for evaluation, after making sure that it is whole and unaltered.
+
+    That is so if all its bytes are those that were sealed, or, for a file that was repacked, if the hashes
+    of the metadata document and of every dataset are right.
+
+    Raises
+    ------
+    BadInput
+        If it is no run file, of a newer format, damaged, or a unit is missing or wrong.
+    """
+    with opened_run(path) as run:
+        return run
+
+
+@contextmanager
+def opened_run(path: Path) -> Iterator[Run]:
+    """Open a run file as :func:`open_run`, and keep it open in a ``with`` block.
+
+    Raises
+    ------
+    BadInput
+        As :func:`open_run`.
+    """
+    whole = path.is_file() and file_is_as_sealed(path)
+    if not whole:
+        _refuse_faulty(path)
+    reader = DatasetReader(path, sealed=whole)
+    with reader.held():
+        yield _run(reader, _document(reader) if whole else _unaltered_document(reader))
+
+
+def _document(reader: DatasetReader) -> dict[str, Any]:
+    """Return the metadata document, of a format that is understood."""
+    document = reader.document()
+    check_format(document, reader.path)
+    return document
+
+
+def _unaltered_document(reader: DatasetReader) -> dict[str, Any]:
+    """Return the metadata document of any file, if it is the one whose hash it states."""
+    document = _document(reader)
+    if not is_unaltered(document):
+        raise BadInput("the metadata were altered", file=reader.path, place="metadata", remedy=RESTORE)
+    return document
+
+
+def _refuse_faulty(path: Path) -> None:
+    """Refuse a file whose bytes are others, unless all that they hold is right: it was repacked then."""
+    if faults := content_faults_apart(path):
+        raise BadInput(faults[0].text, file=path, place=faults[0].place, remedy=RESTORE)
+
+
+def _run(reader: DatasetReader, document: dict[str, Any]) -> Run:
+    heads = check_document(document, reader.path)
+    facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
+    streams = {
+        name: StreamData(reader, head, facts)
+        for name, head in heads.items()
+        if f"{ENTRY}/{name}/segments" in facts
+    }
+    for stream in streams.values():
+        _check_datasets(stream, facts, reader.path)
+    return Run(reader, document, streams)
+
+
+def _check_datasets(stream: StreamData, facts: Mapping[str, Any], path: Path) -> None:
+    """Refuse a stream whose document names no dataset, or one in a unit that is none."""
+    for wanted in (*stream.channels, stream.time_name):
+        place = f"{ENTRY}/{stream.name}/{wanted}"
+        if place not in facts:
+            raise BadInput("the dataset is missing", file=path, place=place, remedy=RESTORE)
+        if not facts[place].get("units"):
+            raise BadInput("the dataset has no unit", file=path, place=place, remedy=RESTORE)
+    place = f"{ENTRY}/{stream.name}/{stream.time_name}"
+    unit = "s" if stream.time_name == "time_s" else "us"
+    if facts[place]["units"] != unit:
+        raise BadInput(
+            f"time stamps are in “{facts[place]['units']}” instead of “{unit}”", file=path, place=place
+        )

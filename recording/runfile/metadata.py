@@ -1,0 +1,171 @@
+"""The metadata document: checked before anything is recorded under it, and again when it is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from bufferstand.foundation import INSIDE_UNIT, BadInput
+from bufferstand.foundation.channels import Channel
+from bufferstand.foundation.files import canonical_json, content_hash
+
+FORMAT = "bufferstand/run"
+FORMAT_VERSION = 1
+KINDS = ("static", "harmonic", "impact", "proof")
+STATUSES = ("complete", "stopped", "failed", "recovered", "imported")
+CLOCKS = ("device", "host")
+CHANNEL_UNIT = {**INSIDE_UNIT, "position": "mm", "command": "mm"}
+"""The unit in which a calibrated channel of each quantity is given."""
+
+
+@dataclass(frozen=True)
+class StreamHead:
+    """What the document says of one stream; ``rate_Hz`` is nominal, None where none is known."""
+
+    name: str
+    clock: str
+    rate_Hz: float | None
+    device: str
+    channels: tuple[Channel, ...]
+
+
+def check_format(document: Any, file: Path) -> None:
+    """Refuse a document that is of another kind or newer than this software.
+
+    Raises
+    ------
+    BadInput
+        If it is no metadata document of a run or its format version is not understood.
+    """
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise BadInput(
+            "not a run file of bufferstand",
+            file=file,
+            place="metadata",
+            remedy="foreign records are read by “bufferstand import”",
+        )
+    version = document.get("format_version")
+    if isinstance(version, bool) or not isinstance(version, int) or version < 1:
+        raise BadInput(f"format version {version!r} is none", file=file, place="metadata: format_version")
+    if version > FORMAT_VERSION:
+        raise BadInput(
+            f"format version {version} is newer than this software understands ({FORMAT_VERSION})",
+            file=file,
+            place="metadata: format_version",
+            remedy="update bufferstand",
+        )
+
+
+def content_hash_of(document: Mapping[str, Any]) -> str:
+    """Return the hash of a document without the hash that it states of itself.
+
+    As it lists the hash of every dataset, it stands for the whole content of the run.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it has no canonical JSON form.
+    """
+    return content_hash({key: value for key, value in document.items() if key != "content_sha256"})
+
+
+def is_unaltered(document: Mapping[str, Any]) -> bool:
+    """Tell whether a document is the one whose hash it states."""
+    try:
+        return bool(document.get("content_sha256") == content_hash_of(document))
+    except (ValueError, TypeError):  # what no writer of ours can have written
+        return False
+
+
+def check_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamHead]:
+    """Return the streams of a document that holds all that reading the run will need.
+
+    Raises
+    ------
+    BadInput
+        If a key is missing, a value cannot be, a unit is not the one its quantity is kept in, or two
+        channels share a name.
+    """
+    check_format(document, file)
+    run = document.get("run")
+    if not isinstance(run, Mapping):
+        raise BadInput("the table “run” is missing", file=file, place="metadata: run")
+    for key, allowed in (("kind", KINDS), ("status", STATUSES)):
+        if run.get(key) not in allowed:
+            raise BadInput(
+                f"{run.get(key)!r} is none of {', '.join(allowed)}", file=file, place=f"metadata: run.{key}"
+            )
+    if not isinstance(run.get("id"), str) or not run["id"]:
+        raise BadInput("the run has no id", file=file, place="metadata: run.id")
+    streams = document.get("streams")
+    if not isinstance(streams, Mapping):
+        raise BadInput("the table “streams” is missing", file=file, place="metadata: streams")
+    heads = {name: _head(str(name), entry, file) for name, entry in streams.items()}
+    _refuse_double_names(heads, file)
+    return heads
+
+
+def check_new_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamHead]:
+    """Return the streams of a document that can be written: one that :func:`check_document` accepts, as JSON.
+
+    Raises
+    ------
+    BadInput
+        As :func:`check_document`, or if something in it has no JSON form.
+    """
+    heads = check_document(document, file)
+    try:
+        canonical_json(document)
+    except (ValueError, TypeError) as error:
+        raise BadInput(f"cannot be written as JSON: {error}", file=file, place="metadata") from None
+    return heads
+
+
+def _head(name: str, entry: Any, file: Path) -> StreamHead:
+    place = f"metadata: streams.{name}"
+    if not isinstance(entry, Mapping) or entry.get("clock") not in CLOCKS:
+        raise BadInput(f"the clock is none of {', '.join(CLOCKS)}", file=file, place=f"{place}.clock")
+    rate = entry.get("rate_Hz")
+    if rate is not None and (isinstance(rate, bool) or not isinstance(rate, int | float) or not rate > 0):
+        raise BadInput(f"{rate!r} is no sample rate", file=file, place=f"{place}.rate_Hz")
+    listed = entry.get("channels")
+    if not isinstance(listed, list | tuple) or not listed:
+        raise BadInput("no channels are listed", file=file, place=f"{place}.channels")
+    channels = tuple(_channel(item, f"{place}.channels[{i}]", file) for i, item in enumerate(listed))
+    device = str(entry.get("device", ""))
+    return StreamHead(name, entry["clock"], None if rate is None else float(rate), device, channels)
+
+
+def _channel(item: Any, place: str, file: Path) -> Channel:
+    try:
+        channel = Channel.model_validate(item)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise BadInput(f"{key}: {first['msg']}", file=file, place=place) from None
+    unit = CHANNEL_UNIT[channel.quantity]
+    if channel.unit != unit:
+        raise BadInput(
+            f"channel {channel.name} is in “{channel.unit}”",
+            file=file,
+            place=place,
+            remedy=f"a {channel.quantity} is kept in {unit}",
+        )
+    return channel
+
+
+def _refuse_double_names(heads: Mapping[str, StreamHead], file: Path) -> None:
+    owner: dict[str, str] = {}
+    for head in heads.values():
+        for channel in head.channels:
+            if channel.name in owner:
+                raise BadInput(
+                    f"channel {channel.name} is in stream {owner[channel.name]} already",
+                    file=file,
+                    place=f"metadata: streams.{head.name}",
+                )
+            owner[channel.name] = head.name
