@@ -6,8 +6,9 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
     from bufferstand.cli import compare, fit_model, plan_campaign, run_campaign, write_report
@@ -58,28 +59,4 @@ __all__ = [
     "write_report",
 ]
 
-_ELSEWHERE = {
-    "BadInput": "foundation.errors",
-    "compare": "cli.from_python",
-    "fit_model": "cli.from_python",
-    "load_model": "model.file",
-    "plan_campaign": "cli.from_python",
-    "run_campaign": "cli.from_python",
-    "save_model": "model.file",
-    "simulate": "model.simulation",
-    "write_report": "cli.from_python",
-}
-"""The module of what does not come from :mod:`bufferstand.evaluation.document.python_api`."""
-
-
-def __getattr__(name: str) -> object:
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = importlib.import_module(f"{__name__}.{_ELSEWHERE.get(name, 'evaluation.document.python_api')}")
-    found: object = getattr(module, name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -59,6 +59,20 @@ SECTIONS = {
 }
 """The commands in the order of the work; those that are named nowhere come last."""
 
+_GROUPS = {
+    "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
+    "stand": ("check", "simulate-stand", "fault"),
+    "recordings": ("import", "evaluate", "compare", "skew", "report", "runs", "verify", "validate"),
+}
+"""The folder of :mod:`bufferstand.cli.commands` in which a command's module lies."""
+MODULES = {
+    **{name: f"{group}.{module_name(name)}" for group, names in _GROUPS.items() for name in names},
+    "stand": "stand.group",
+    "model": "model.group",
+    "schema": "schema",
+}
+"""The module of each command, below :mod:`bufferstand.cli.commands`."""
+
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """What standard output fails with where it is a file; all other files say so themselves, by name."""
 BUG_STATUS = 70
@@ -67,7 +81,7 @@ BUG_STATUS = 70
 
 @click.group(
     cls=LazyGroup,
-    modules={name: f"bufferstand.cli.commands.{module_name(name)}" for name in COMMANDS},
+    modules={name: f"bufferstand.cli.commands.{module}" for name, module in MODULES.items()},
     summaries=COMMANDS,
     sections=SECTIONS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},

@@ -96,6 +96,7 @@ __all__ = [
     "duration_text",
     "exchange",
     "json_schema",
+    "loaded_when_used",
     "short_address",
     "steady_s",
     "to_inside",

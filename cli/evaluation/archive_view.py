@@ -22,8 +22,8 @@ LEAST_RUNS = 3
 def progress_bar() -> Iterator[Callable[[ArchiveProgress], None]]:
     """Show a bar on standard error, and none where that is no terminal or there is next to nothing to do."""
     from rich.console import Console  # noqa: PLC0415 - only where a bar is shown
-    from rich.progress import ArchiveProgress as Bar  # noqa: PLC0415
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+    from rich.progress import Progress as Bar  # noqa: PLC0415
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

@@ -1,9 +1,8 @@
-"""Every kind of guard there is: those of this folder, and those that other packages bring."""
+"""Every kind of guard there is: those of ``kinds/``, and those that other packages bring."""
 
 from __future__ import annotations
 
 import pkgutil
-import sys
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
@@ -20,15 +19,15 @@ from bufferstand.protocols.campaign_file import GuardTable
 
 GROUP = "bufferstand.guards"
 """Entry points of this group name a subclass of :class:`bufferstand.daq.guards.guard.Guard` each."""
-SUFFIX = "_guard"
-"""So end the names of this folder's modules that hold kinds."""
+FOLDER = f"{__package__}.kinds"
+"""Every module of this package holds kinds."""
 
 Kind = type[Guard[Any]]
 
 
 @cache
 def kinds() -> tuple[Kind, ...]:
-    """Return every kind, those of this folder first, by their names within each.
+    """Return every kind, those of ``kinds/`` first, by their names within each.
 
     Raises
     ------
@@ -38,7 +37,7 @@ def kinds() -> tuple[Kind, ...]:
         If two kinds have the same name, or a table of its own has one of ``[guards]``.
     """
     found: dict[str, Kind] = {}
-    for kind in (*_beside(), *_installed()):
+    for kind in (*_in_folder(), *_installed()):
         if found.setdefault(kind.kind, kind) is not kind:
             raise TypeError(f"two guards are called {kind.kind}: {found[kind.kind]} and {kind}")
         if isinstance(kind.settings, type) and kind.kind in GuardTable.model_fields:
@@ -48,19 +47,14 @@ def kinds() -> tuple[Kind, ...]:
     return tuple(found.values())
 
 
-def _beside() -> Iterator[Kind]:
-    """Yield the kinds of the modules in this folder."""
-    package = sys.modules[__package__]
+def _in_folder() -> Iterator[Kind]:
+    """Yield the kinds of :data:`FOLDER`."""
+    package = import_module(FOLDER)
     for name in sorted(one.name for one in pkgutil.iter_modules(package.__path__)):
-        if name.endswith(SUFFIX):
-            module = import_module(f"{__package__}.{name}")
-            for value in vars(module).values():
-                if (
-                    isinstance(value, type)
-                    and issubclass(value, Guard)
-                    and value.__module__ == module.__name__
-                ):
-                    yield value
+        module = import_module(f"{FOLDER}.{name}")
+        for value in vars(module).values():
+            if isinstance(value, type) and issubclass(value, Guard) and value.__module__ == module.__name__:
+                yield value
 
 
 def _installed() -> Iterator[Kind]:

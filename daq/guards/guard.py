@@ -1,6 +1,6 @@
 """What a guard is: data that looks at what comes in, says its trips and its margin, and is in the run file.
 
-A kind of guard is a subclass of :class:`Guard` in a module ``*_guard.py`` of this folder, or in a package
+A kind of guard is a subclass of :class:`Guard` in a module of ``kinds/``, or in a package
 that names it under the entry points ``bufferstand.guards`` (:mod:`bufferstand.daq.guards.catalogue`).
 """
 
@@ -77,7 +77,7 @@ class Guard(ABC, Generic[MemoryT]):
     looks_at : tuple of type
         The sights that it is asked for (:mod:`bufferstand.daq.guards.sights`).
     docs : tuple of str
-        First cells of its rows in docs/guards-and-safe-stop.md, for the kinds of this folder.
+        First cells of its rows in docs/guards-and-safe-stop.md, for those of ``kinds/``.
     turn : int
         Guards look in this order; what must not depend on others keeps the default.
     standing : bool

@@ -19,7 +19,7 @@ from bufferstand.foundation import BadInput, Kind
 from bufferstand.foundation.files import content_hash
 from bufferstand.foundation.settings import Day, Settings, WrongKeyError, load_settings
 
-FOLDER = Path(__file__).resolve().parent.parent / "limit_sets"
+FOLDER = Path(__file__).resolve().parent / "limit_sets"
 SHIPPED = FOLDER / "en15551-105mm.toml"
 """The set that is applied unless another is given."""
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import bufferstand.daq
+import bufferstand.daq.guards.kinds
 from bufferstand.daq.guards.catalogue import GROUP, Kind, kinds
 from bufferstand.daq.guards.guard import Guard
 from bufferstand.daq.guards.kinds.agreement import AgreementGuard
@@ -325,15 +325,15 @@ def anew(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     yield monkeypatch
     monkeypatch.undo()
     for name in set(sys.modules) - before:
-        if name.endswith("_guard") or name.startswith("our_"):
+        if name.endswith("kinds.force_rate") or name.startswith("our_"):
             del sys.modules[name]
     kinds.cache_clear()
 
 
 def beside(folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Put the guard beside the others, in a folder of its own."""
-    (folder / "force_rate_guard.py").write_text(code_of_docs(), "utf-8")
-    package: ModuleType = bufferstand.daq
+    (folder / "force_rate.py").write_text(code_of_docs(), "utf-8")
+    package: ModuleType = bufferstand.daq.guards.kinds
     patch.setattr(package, "__path__", [*package.__path__, str(folder)])
 
 

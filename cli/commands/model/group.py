@@ -18,7 +18,7 @@ COMMANDS = {
 @click.group(
     "model",
     cls=LazyGroup,
-    modules={name: f"bufferstand.cli.commands.model_{name}" for name in COMMANDS},
+    modules={name: f"bufferstand.cli.commands.model.{name}" for name in COMMANDS},
     summaries=COMMANDS,
     epilog="Example:  bufferstand model fit campaign/runs --out spring.toml",
 )

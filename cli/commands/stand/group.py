@@ -17,7 +17,7 @@ COMMANDS = {
 @click.group(
     "stand",
     cls=LazyGroup,
-    modules={name: f"bufferstand.cli.commands.stand_{name}" for name in COMMANDS},
+    modules={name: f"bufferstand.cli.commands.stand.{name}" for name in COMMANDS},
     summaries=COMMANDS,
     epilog="Example:  bufferstand stand read stand.toml --once",
 )

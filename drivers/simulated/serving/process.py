@@ -165,7 +165,7 @@ def start_process(
         arguments += ["--fault", fault]
     if wait_for_reader:
         arguments.append("--wait-for-reader")
-    home = str(Path(__file__).parents[3])
+    home = str(Path(__file__).parents[4])
     inherited = os.environ.get("PYTHONPATH")
     environment = {**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{inherited}" if inherited else home}
     with log.open("wb") as errors:

@@ -28,7 +28,7 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         The same text for the same content.
     """
     environment = Environment(
-        loader=PackageLoader("bufferstand.evaluation.report", "templates"),
+        loader=PackageLoader("bufferstand.evaluation.report.rendering", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -55,7 +55,7 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
         folder = Path(name)
         template = (
-            files("bufferstand.evaluation.report")
+            files("bufferstand.evaluation.report.rendering")
             .joinpath("templates", "report.typ")
             .read_text(encoding="utf-8")
         )
