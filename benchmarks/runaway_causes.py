@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 from contextlib import suppress
 
 from bufferstand.daq.strokes.commands import StrokeCommands
-from bufferstand.drivers.interfaces import SimulatedController as Interface
+from bufferstand.drivers.interfaces import Controller as Interface
 from bufferstand.drivers.simulated.inprocess.register_wire import Lost
 from bufferstand.drivers.simulated.machine.commands import Command, CommandCode
 from bufferstand.drivers.simulated.machine.controller import SimulatedController

@@ -1,4 +1,4 @@
-"""The contract of import-linter that a room is entered by its face: nobody outside imports a module inside."""
+"""The contract of import-linter that a room is entered by its face: nobody outside passes it by."""
 
 from __future__ import annotations
 
