@@ -16,12 +16,12 @@ from bufferstand.drivers.simulated.machine.motions import HarmonicMotion as Runn
 from bufferstand.drivers.simulated.machine.motions import Motion, RampMotion
 from bufferstand.drivers.simulated.wires.modbus_requests import WRITE_SEVERAL
 from bufferstand.foundation.errors import CommandRejected
-from bufferstand.protocols.steps import HarmonicMotion
+from bufferstand.protocols.steps import Harmonic
 
 STIFFNESS_KN_PER_MM = 20.0
 SPEED_MM_PER_S = 50.0
 TOP_MM = 50.0
-SINE = HarmonicMotion(mean_mm=20.0, amplitude_mm=2.0, frequency_Hz=2.0, cycles=6)
+SINE = Harmonic(mean_mm=20.0, amplitude_mm=2.0, frequency_Hz=2.0, cycles=6)
 """What is adjusted: it stays before the spring."""
 ADJUSTED_MM = 1.8
 """Its amplitude after that."""

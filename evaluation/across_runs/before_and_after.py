@@ -19,6 +19,7 @@ from bufferstand.evaluation.facts import (
     BeforeAfterEntry,
     ChangeEntry,
     ProofLoadEntry,
+    ProofRunEntry,
     RunEvaluation,
     RunInTimeEntry,
 )
@@ -152,23 +153,17 @@ def proof_load_entries(runs: Sequence[RunEvaluation]) -> list[ProofLoadEntry]:
     def key(run: RunEvaluation) -> tuple[tuple[str, bool], str]:
         return specimen_of(run), str(run.facts.proof_load)
 
-    return [
-        {
-            "specimen": specimen,
-            "proof_load": load,
-            "load_cycles": sum(each["load_cycles"] for each in own),
-            "runs": own,
-        }
-        for ((specimen, _), load), group in groupby(sorted(proof, key=key), key=key)
-        for own in [
-            [
-                {
-                    "run": run.facts.id,
-                    "path": run.facts.path,
-                    "load_cycles": len(run.summary.cycles_used),
-                    "verdict": run.verdict,
-                }
-                for run in group
-            ]
+    found: list[ProofLoadEntry] = []
+    for ((specimen, _), load), group in groupby(sorted(proof, key=key), key=key):
+        own: list[ProofRunEntry] = [
+            {
+                "run": run.facts.id,
+                "path": run.facts.path,
+                "load_cycles": len(run.summary.cycles_used),
+                "verdict": run.verdict,
+            }
+            for run in group
         ]
-    ]
+        cycles = sum(each["load_cycles"] for each in own)
+        found.append({"specimen": specimen, "proof_load": load, "load_cycles": cycles, "runs": own})
+    return found

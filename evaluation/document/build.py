@@ -138,7 +138,7 @@ def assemble(
 
 def _with_purpose(entry: RunEntry, purpose: Purpose) -> RunEntry:
     entry = entry.copy()
-    entry.update(purpose.entry())
+    entry["purpose"], entry["purpose_why"] = purpose.purpose, purpose.why
     return entry
 
 

@@ -5,7 +5,7 @@ What is listed here stays; later versions only add. Everything else of the packa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -192,7 +192,8 @@ def summaries(evaluation: EvaluationDocument | Paths) -> pd.DataFrame:
     document = evaluation if isinstance(evaluation, dict) else evaluate(evaluation)
     rows: list[dict[str, Any]] = []
     for entry in document["runs"]:
-        for part in entry["steps"] or [{"summary": entry["summary"]}]:
+        parts: Sequence[Mapping[str, Any]] = entry["steps"] or [{"summary": entry["summary"]}]
+        for part in parts:
             means = {name: mean for name, mean in part["summary"].items() if name != "cycles_used"}
             rows.append(
                 {

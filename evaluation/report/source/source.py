@@ -14,6 +14,7 @@ from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
 from bufferstand.evaluation.requirements import LimitSet
 from bufferstand.evaluation.run.extremes import sample_extremes
+from bufferstand.foundation import Kind
 from bufferstand.recording.runfile import simulated_of
 
 NOT_RECORDED = "not recorded in the run file"
@@ -84,9 +85,10 @@ class ReportRun:
         return str(self.metadata["run"]["id"])
 
     @property
-    def kind(self) -> str:
+    def kind(self) -> Kind:
         """Kind of the run."""
-        return str(self.metadata["run"]["kind"])
+        kind: Kind = self.metadata["run"]["kind"]
+        return kind
 
     @property
     def status(self) -> str:
