@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.report.source import (
+        Given,
+    )
     from bufferstand.evaluation.report.validation_record import (
         write_validation,
     )
@@ -15,6 +18,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Given",
     "formats_here",
     "write_comparison",
     "write_report",
