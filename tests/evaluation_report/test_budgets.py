@@ -49,7 +49,7 @@ def test_every_source_has_a_row(budgeted: ReportSource, evaluated: RunEvaluation
     sources = [row[0].text for row in table.rows]
     assert sources[:-2] == list(dict.fromkeys(line.source for b in evaluated.budget for line in b.lines))
     assert sources[-2:] == ["Combined", "Monte Carlo"]
-    assert [c.title for c in table.columns[:5]] == ["ReportSource", "u", "ν", "c(W_s)", "u(W_s)"]
+    assert [c.title for c in table.columns[:5]] == ["Source", "u", "ν", "c(W_s)", "u(W_s)"]
 
 
 def test_the_numbers_are_those_of_the_budget(budgeted: ReportSource, evaluated: RunEvaluation) -> None:

@@ -48,7 +48,7 @@ def _table(run: ReportRun) -> Table | None:
     if not budgets:
         return None
     names = list(dict.fromkeys(line["source"] for b in budgets for line in b["sources"]))
-    columns = [Column("ReportSource"), Column("u"), Column("ν")]
+    columns = [Column("Source"), Column("u"), Column("ν")]
     for budget in budgets:
         symbol = _SYMBOLS[budget["quantity"]]
         columns += [Column(f"c({symbol})"), Column(f"u({symbol})", "%")]
