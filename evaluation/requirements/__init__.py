@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.requirements.judgement import (
         assumptions,
+        has_limits_of_its_own,
         is_judged,
         judge_with_contact,
         why_not_judged,
@@ -34,6 +35,10 @@ if TYPE_CHECKING:
         shipped_limit_set,
         shipped_names,
     )
+    from bufferstand.evaluation.requirements.quantity_limits import (
+        JudgedPart,
+        judge_quantities,
+    )
     from bufferstand.evaluation.requirements.rows import (
         Case,
     )
@@ -41,12 +46,15 @@ if TYPE_CHECKING:
 __all__ = [
     "COUNTED",
     "Case",
+    "JudgedPart",
     "LimitSet",
     "asked_items",
     "assumptions",
     "find_limit_set",
+    "has_limits_of_its_own",
     "inspection_of",
     "is_judged",
+    "judge_quantities",
     "judge_with_contact",
     "load_inspection",
     "run_verdict",

@@ -24,15 +24,20 @@ _NO_TEST = {
 def why_not_judged(facts: RunFacts, limits: LimitSet) -> str:
     """Return why a run that could be judged is not, or nothing.
 
-    Of harmonic runs nothing is ever required.
+    Of harmonic runs nothing is required but what a ``[[requirement]]`` says.
     """
-    if facts.kind == "harmonic":
+    if facts.kind == "harmonic" and not limits.asks_of("harmonic"):
         return ""
     if why := _no_test(facts):
         return why
-    if not limits.covers(facts.kind):
+    if not (limits.covers(facts.kind) or limits.asks_of(facts.kind)):
         return f"limit set {limits.id} has nothing on {facts.kind} runs"
     return limits.why_not_for(facts.specimen)
+
+
+def has_limits_of_its_own(facts: RunFacts, limits: LimitSet) -> bool:
+    """Say whether a ``[[requirement]]`` of a limit set is of a run's kind and specimen."""
+    return limits.asks_of(facts.kind) and not _no_test(facts) and not limits.why_not_for(facts.specimen)
 
 
 def is_judged(facts: RunFacts, limits: LimitSet) -> bool:

@@ -11,8 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
+from bufferstand.evaluation.catalogue import QUANTITIES
 from bufferstand.evaluation.quantities.temperature import READING_INTERVAL_S
 from bufferstand.evaluation.requirements.readings import LimitSetReadings
 from bufferstand.foundation import BadInput, Kind
@@ -154,6 +155,34 @@ class Maintenance(Cited):
     final_length_max_mm: Limit
 
 
+def _known_quantity(name: str) -> str:
+    known_names = (*QUANTITIES.names, "speed_max_mm_per_s")
+    if name not in known_names:
+        raise ValueError(f"no quantity is called “{name}”; one of {', '.join(known_names)}")
+    return name
+
+
+QuantityName = Annotated[str, AfterValidator(_known_quantity)]
+Range = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
+
+
+class QuantityLimit(Cited):
+    """``[[requirement]]``: a limit on a quantity of runs of a kind."""
+
+    id: Identifier
+    quantity: QuantityName
+    """Name of a quantity of a cycle (docs/symbols.md): its mean over the cycles used. An extreme of all
+    samples, where it is one: ``force_max_kN``, ``stroke_max_mm``, ``temperature_max_C`` …"""
+    kind: Kind
+    """Of runs: ``static``, ``harmonic``, ``impact`` or ``proof``."""
+    text: str = ""
+    """What is required, in words; the name of the quantity where it is left out."""
+    where: dict[QuantityName, Range] = Field(default_factory=dict)
+    """Only of runs whose quantities lie in these ranges, e.g. ``{ frequency_Hz = [0.9, 1.1] }``."""
+    lower: Limit = "none"
+    upper: Limit = "none"
+
+
 class InspectionItem(Cited):
     """Something that the inspector looks at."""
 
@@ -199,6 +228,7 @@ class LimitSet(Settings):
     proof: ProofLoads | None = None
     maintenance: Maintenance | None = None
     inspection: Annotated[tuple[InspectionItem, ...], BeforeValidator(_as_tuple)] = ()
+    requirement: Annotated[tuple[QuantityLimit, ...], BeforeValidator(_as_tuple)] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> LimitSet:
@@ -206,6 +236,7 @@ class LimitSet(Settings):
             ("force", [window.id for window in self.force]),
             ("proof.load", [load.id for load in self.proof.load] if self.proof else []),
             ("inspection", [item.id for item in self.inspection]),
+            ("requirement", [limit.id for limit in self.requirement]),
         ):
             twice = {name for name in names if names.count(name) > 1}
             if twice:
@@ -241,6 +272,8 @@ class LimitSet(Settings):
         )
         for window in self.force:
             yield "force", f"force {window.id}", window.lower_kN, window.upper_kN
+        for limit in self.requirement:
+            yield "requirement", f"requirement {limit.id}", limit.lower, limit.upper
         if maintenance is not None:
             for name in ("preload", "assembled_length", "length_at_hold", "final_length"):
                 unit = "kN" if name == "preload" else "mm"
@@ -264,7 +297,8 @@ class LimitSet(Settings):
     @property
     def sha256(self) -> str:
         """Hash of the set's content, whatever its layout in the file."""
-        return content_hash(self.model_dump(mode="json"))
+        unused = set() if self.requirement else {"requirement"}  # sets without it keep the hash they had
+        return content_hash(self.model_dump(mode="json", exclude=unused))
 
     @property
     def unfilled(self) -> tuple[str, ...]:
@@ -298,6 +332,10 @@ class LimitSet(Settings):
             "proof": self.proof is not None,
         }
         return covered.get(kind, False)
+
+    def asks_of(self, kind: Kind) -> bool:
+        """Say whether a ``[[requirement]]`` is of runs of a kind."""
+        return any(limit.kind == kind for limit in self.requirement)
 
     def proof_load(self, name: str | None) -> ProofLoad | None:
         """Return a proof load by its id, or None."""

@@ -9,12 +9,14 @@ from functools import partial
 from bufferstand.evaluation.facts import (
     CycleResult,
     DrawWires,
+    Extreme,
     Measured,
     Options,
     RequirementResult,
     RunEvaluation,
     RunFacts,
     SharedErrors,
+    StepResult,
     held_against,
 )
 from bufferstand.evaluation.gaps import CyclesOfRecord, found_in
@@ -28,10 +30,13 @@ from bufferstand.evaluation.plausibility.signal_comparison import check_wires, d
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements import (
     Case,
+    JudgedPart,
     LimitSet,
     assumptions,
+    has_limits_of_its_own,
     inspection_of,
     is_judged,
+    judge_quantities,
     judge_with_contact,
     run_verdict,
     shipped_limit_set,
@@ -173,8 +178,10 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
             holes=found.holes,
         )
         requirements = judge_with_contact(case, contact)
-    warnings += contact_warnings(contact, requirements)
-    warnings += temperature_warnings(results, record.temperatures, _numbered)
+    warnings += [
+        *contact_warnings(contact, requirements),
+        *temperature_warnings(results, record.temperatures, _numbered),
+    ]
     inertial = None if added is None else (record.time_s, added.added_kN)
     noise = None if draws is None else _noise_of_samples(samples, found)
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty, noise)
@@ -184,6 +191,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         replace(one, extremes=doubted(step_extremes(recorded, one, results, draws), spoiled))
         for one in whole.steps
     ]
+    requirements += _of_quantities(facts, limits, options, whole, steps, extremes, spoiled)
     warnings += missing_warnings(results, whole, requirements, wires, _numbered)
     return RunEvaluation(
         facts=facts,
@@ -217,6 +225,23 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         findings=spoiled.findings,
         unfit=whole.unfit,
     )
+
+
+def _of_quantities(
+    facts: RunFacts,
+    limits: LimitSet,
+    options: Options,
+    whole: StepFigures,
+    steps: Sequence[StepResult],
+    extremes: Mapping[str, Extreme],
+    spoiled: SpoiledFigures,
+) -> list[RequirementResult]:
+    """Return the rows of the limit set's ``[[requirement]]``, of the run or of each of its steps."""
+    if not has_limits_of_its_own(facts, limits):
+        return []
+    parts = [JudgedPart(f"step {one.index}", one.summary, one.extremes) for one in steps]
+    parts = parts or [JudgedPart("", whole.summary, extremes)]
+    return judge_quantities(limits, facts, parts, options.decision_rule, spoiled.spoiling)
 
 
 def _found_without_slips(
