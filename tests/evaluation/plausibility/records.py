@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import bufferstand.evaluation.plausibility as room
+import bufferstand.evaluation.plausibility.detectors as room
 from bufferstand.evaluation.facts.finding import Finding
 from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
