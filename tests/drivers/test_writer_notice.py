@@ -19,7 +19,7 @@ ADDRESS = "127.0.0.1:15020 unit 1"
 CHILD = """
 import sys
 from pathlib import Path
-from bufferstand.drivers import writer_notice
+from bufferstand.drivers.controllers import writer_notice
 from bufferstand.drivers.controllers.writer_notice import NoticeBoard
 board = NoticeBoard(sys.argv[1], "stand jog", Path(sys.argv[2]))
 print(board.lock(), flush=True)

@@ -238,7 +238,7 @@ def further(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for module in (ROOT / "evaluation").iterdir():
         if module.name != "__pycache__":
             (package / "evaluation" / module.name).symlink_to(module)
-    (package / "evaluation" / "hysteresis_quantities.py").write_text(FURTHER, encoding="utf-8")
+    (package / "evaluation" / "catalogue" / "hysteresis_quantities.py").write_text(FURTHER, encoding="utf-8")
     for name in ("003-harmonic-20mm-20mm-0.318Hz.h5", "005-harmonic-20mm-20mm-1.27Hz.h5"):
         (runs / name).write_bytes((SHIPPED / name).read_bytes())
     environment = {**os.environ, "PYTHONPATH": f"{root}:{ROOT}", "XDG_CACHE_HOME": str(root / "cache")}
