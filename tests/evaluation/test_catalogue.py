@@ -238,6 +238,11 @@ def further(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for module in (ROOT / "evaluation").iterdir():
         if module.name != "__pycache__":
             (package / "evaluation" / module.name).symlink_to(module)
+    (package / "evaluation" / "catalogue").unlink()
+    (package / "evaluation" / "catalogue").mkdir()
+    for module in (ROOT / "evaluation" / "catalogue").iterdir():
+        if module.name != "__pycache__":
+            (package / "evaluation" / "catalogue" / module.name).symlink_to(module)
     (package / "evaluation" / "catalogue" / "hysteresis_quantities.py").write_text(FURTHER, encoding="utf-8")
     for name in ("003-harmonic-20mm-20mm-0.318Hz.h5", "005-harmonic-20mm-20mm-1.27Hz.h5"):
         (runs / name).write_bytes((SHIPPED / name).read_bytes())
