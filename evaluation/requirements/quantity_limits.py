@@ -18,6 +18,7 @@ from bufferstand.evaluation.facts import (
     RequirementResult,
     RunFacts,
     Summary,
+    Verdict,
 )
 from bufferstand.evaluation.requirements.decision import conformance_probability, decide
 from bufferstand.evaluation.requirements.limit_set import LimitSet, QuantityLimit
@@ -112,6 +113,7 @@ def _judged(
     finding = _spoils(name, part, spoiling)
     against = (finding.text if finding is not None else "") or against or unknown
     probability = None
+    verdict: Verdict
     if against or value is None:
         verdict, why = "inconclusive", against or "it has no value"
         expanded = None if finding is not None else expanded

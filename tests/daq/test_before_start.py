@@ -11,6 +11,7 @@ from typing import cast
 import pytest
 
 from bufferstand.daq.acquisition.loop import Acquisition
+from bufferstand.daq.guards.panel import GuardSet
 from bufferstand.daq.stand.start_checks import delivery_trouble, first_look, specimen_gaps, zero_trouble
 from bufferstand.drivers.delivery_rate.blocks import Delivery
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
@@ -84,7 +85,7 @@ def test_what_the_specimen_file_lacks_is_said() -> None:
 def test_what_waited_in_the_ring_is_not_the_stand_at_rest() -> None:
     """After a kill the ring still has the end of the controller's own release: 80 kN going down to none."""
     clock = VirtualClock()
-    panel = SimpleNamespace(guards=SimpleNamespace(temperatures=()), latest_temperatures=dict)
+    panel = SimpleNamespace(guards=GuardSet(), latest_temperatures=dict)
     waiting = [80.0, 60.0, 30.0, 9.0]
     acquisition = SimpleNamespace(clock=clock, panel=panel, is_behind=True, latest=None)
 

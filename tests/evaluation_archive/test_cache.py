@@ -274,12 +274,12 @@ from pathlib import Path
 from bufferstand.evaluation.archive.cache import Cache
 from bufferstand.evaluation.archive.evaluate import evaluate_archive
 from bufferstand.evaluation.archive.settings_and_software import software
-from bufferstand.evaluation.archive.local_workers import Local
+from bufferstand.evaluation.archive.local_workers import LocalWorkers
 from tests.evaluation_archive.samples import SETTINGS
 runs = sorted(Path(sys.argv[1]).rglob("*.h5"))
 for _ in range(int(sys.argv[3])):
     cache = Cache(Path(sys.argv[2]), SETTINGS.sha256, software().sha256)
-    evaluate_archive(runs, SETTINGS, Local(1), cache)
+    evaluate_archive(runs, SETTINGS, LocalWorkers(1), cache)
     assert not cache.problem, cache.problem
     cache.close()
     for path in runs:

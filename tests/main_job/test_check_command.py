@@ -68,7 +68,7 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_a_sound_stand_checks_sound_as_json(stand: Path, tmp_path: Path) -> None:
     kept = tmp_path / "session.txt"
     done = bufferstand("check", stand, "--json", "--watch", "2", "--transcript", kept)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     document = json.loads(done.stdout)  # nothing else on standard output
     assert (document["schema"], document["faults"]) == ("bufferstand/check/1", 0)
     found = {(one["device"], one["item"]): one for one in document["findings"]}
