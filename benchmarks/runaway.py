@@ -55,9 +55,8 @@ from bufferstand.daq.operator.stop_request import StopRequest
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.drivers.interfaces import Stand
 from bufferstand.drivers.register_maps.profile import Profile, load_profile
-from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
-from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.drivers.simulated.machine.physics import ActuatorFacts
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import StandFile
@@ -135,9 +134,7 @@ class Kind:
     ) -> tuple[Stand, Clock]:
         """Return the stand behind the wire, and the clock to wait by."""
         profile = self.at(round_trip_s)
-        if profile.poll is None:
-            return behind_a_wire(opened, stand_file, lambda: round_trip_s, profile, lost), opened.clock
-        return polled_behind_a_wire(opened, stand_file, lambda: round_trip_s, profile, lost)
+        return behind_a_wire(opened, stand_file, lambda: round_trip_s, profile, lost), opened.clock
 
 
 def _apart(profile: Profile) -> Profile:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from bufferstand.drivers.controllers import cia402
 from bufferstand.drivers.modbus import Exchange, ModbusLink, ModbusRefusal
-from bufferstand.drivers.register_maps import STATUS, Profile, crc_of
+from bufferstand.drivers.register_maps import STATUS, Profile, crc_of, decode_value
 from bufferstand.foundation import DeviceFault, WireLost
 
 FAULT_TEXTS = {
@@ -50,7 +49,8 @@ class NamedRegisters:
         self.link = link
         self.profile = profile
         self.timeout_s = timeout_s
-        self._status_block = profile.span(STATUS)
+        self._status_block = block = profile.span(STATUS)
+        self._status_places = {place.name: place for place in block.places}
         self._numbered = profile.has("request_number") and self._status_block.table == "holding"
         self._number = 0
         self.between: Callable[[], object] = _nothing
@@ -93,7 +93,7 @@ class NamedRegisters:
         def doubt(registers: Sequence[int]) -> str:
             if found := self._altered(registers):
                 return found
-            echo = block.decode(registers)["request_echo"]
+            echo = self._of_status("request_echo", registers)
             return "" if echo == number else f"it answers request {echo} instead of {number}: it is late"
 
         number_at = self.profile.find("request_number").address
@@ -103,11 +103,16 @@ class NamedRegisters:
 
     def _altered(self, registers: Sequence[int]) -> str:
         """Return what is wrong with a snapshot's CRC, as far as there is one."""
-        block = self._status_block
-        place = next((place for place in block.places if place.name == "status_check"), None)
-        if place is None or crc_of(registers[: place.offset]) == block.decode(registers)[place.name]:
+        place = self._status_places.get("status_check")
+        if place is None or crc_of(registers[: place.offset]) == self._of_status(place.name, registers):
             return ""
         return "the snapshot's CRC does not fit its content: it was altered on its way"
+
+    def _of_status(self, name: str, registers: Sequence[int]) -> float | int:
+        """Return one value of a snapshot; all of them take four times as long."""
+        place = self._status_places[name]
+        order = place.word_order or self._status_block.word_order
+        return decode_value(registers[place.offset : place.offset + place.words], place.kind, order)
 
     def ask_again(self, ask: Callable[[], _Answer]) -> _Answer:
         """Ask, and once more if the device refuses: a request that was altered on its way is refused, too.
@@ -192,12 +197,12 @@ class NamedRegisters:
         DeviceFault
             If the wire fails.
         """
-        deadline_s = time.monotonic() + timeout_s
+        deadline_s = self.link.now_s() + timeout_s
         self.between()
         while not done(values := self.persist(self.read_status)):
-            if time.monotonic() >= deadline_s:
+            if self.link.now_s() >= deadline_s:
                 return None
-            time.sleep(_POLL_S)
+            self.link.sleep(_POLL_S)
             self.between()
         return values
 

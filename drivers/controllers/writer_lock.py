@@ -14,7 +14,7 @@ from bufferstand.drivers.controllers.writer_notice import NoticeBoard
 from bufferstand.drivers.interfaces import WriterSeen
 from bufferstand.drivers.modbus import Exchange, ModbusRefusal
 from bufferstand.drivers.register_maps import WATCHDOG_LEFT
-from bufferstand.foundation import DeviceFault, NotInCharge, steady_s
+from bufferstand.foundation import DeviceFault, NotInCharge
 
 LOOK_S = 1.0
 """A heartbeat is written only if the lock was seen to be the own so recently [s of the wall]: a pause of this
@@ -72,7 +72,7 @@ class WriterLock:
                 raise self._taken(holder)
         elif self._board is not None and not self._board.lock():
             raise self._taken(None)
-        self.held, self._seen_s = True, steady_s()
+        self.held, self._seen_s = True, self._panel.link.now_s()
         if self._board is not None:
             self._board.put(self.number)
 
@@ -143,7 +143,7 @@ class WriterLock:
             If the wire fails.
         """
         self.demand()
-        if steady_s() - self._seen_s > LOOK_S:
+        if self._panel.link.now_s() - self._seen_s > LOOK_S:
             self.confirm()
 
     def feed(self, beat: int) -> None:
@@ -180,7 +180,7 @@ class WriterLock:
             return
         if holder != self.number:
             self.confirm()  # read once more: the reply may have been altered on its way
-        self._seen_s = steady_s()
+        self._seen_s = self._panel.link.now_s()
 
     def confirm(self) -> None:
         """See that the lock is still this program's: one register is read.
@@ -196,7 +196,7 @@ class WriterLock:
         if self._offered and self._holder() != self.number and (holder := self._holder()) != self.number:
             self._lose(holder)  # read twice: the first reply may have been altered on its way
             self._demand_not_lost()
-        self._seen_s = steady_s()
+        self._seen_s = self._panel.link.now_s()
 
     def _lose(self, holder: int) -> None:
         who = (

@@ -163,6 +163,16 @@ class ModbusLink:
         return self._wire.bytes_per_s
 
     @property
+    def now_s(self) -> Callable[[], float]:
+        """The wire's clock [s]."""
+        return self._wire.now_s
+
+    @property
+    def sleep(self) -> Callable[[float], None]:
+        """Waits by the wire's clock for so long [s]."""
+        return self._wire.sleep
+
+    @property
     def exchanges(self) -> bool:
         """Whether registers are written and read in one round trip (function 23)."""
         return self._read_write

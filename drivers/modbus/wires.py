@@ -17,6 +17,8 @@ from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusIOException
 from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
 
+from bufferstand.foundation import steady_s
+
 Client = ModbusTcpClient | ModbusSerialClient
 _Client = TypeVar("_Client", ModbusTcpClient, ModbusSerialClient)
 Parity = Literal["none", "even", "odd"]
@@ -81,7 +83,12 @@ class Wire(Protocol):
 
     @property
     def now_s(self) -> Callable[[], float]:
-        """The clock by which its round trips are timed [s]."""
+        """The clock by which its round trips are timed [s]: it goes on while the computer is suspended."""
+        ...
+
+    @property
+    def sleep(self) -> Callable[[float], None]:
+        """Waits by that clock for so long [s]."""
         ...
 
     def open(self, timeout_s: float) -> Client:
@@ -108,7 +115,8 @@ class TcpWire:
         Of the Modbus TCP server.
     """
 
-    now_s: Callable[[], float] = staticmethod(time.monotonic)
+    now_s: Callable[[], float] = staticmethod(steady_s)
+    sleep: Callable[[float], None] = staticmethod(time.sleep)
 
     def __init__(self, host: str, port: int) -> None:
         self._host = host
@@ -171,7 +179,8 @@ class RtuWire:
         1 or 2.
     """
 
-    now_s: Callable[[], float] = staticmethod(time.monotonic)
+    now_s: Callable[[], float] = staticmethod(steady_s)
+    sleep: Callable[[float], None] = staticmethod(time.sleep)
 
     def __init__(self, port: Path, *, baud: int = 19200, parity: Parity = "even", stop_bits: int = 1) -> None:
         self._port = port

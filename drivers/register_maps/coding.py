@@ -318,18 +318,19 @@ class Layout:
         """
         rows = len(columns[self.places[0].name])
         table = np.zeros((rows, self.words), dtype=">u2")
+        by_name = table.view(self._row_type)[:, 0]
         for place in self.places:
             column = np.asarray(columns[place.name])
             own = DTYPES[place.kind]
             with np.errstate(invalid="ignore", over="ignore"):  # what does not fit is refused below
-                typed = column.astype(f">{own}")
-            fits = place.kind == "f32" or column.dtype == own or np.array_equal(typed, column)
+                typed = column if column.dtype == own else column.astype(own)
+            fits = typed is column or place.kind == "f32" or np.array_equal(typed, column)
             if typed.shape != (rows,) or not fits:
                 raise ValueError(f"{place.name}: a value does not fit {place.kind}, or lengths differ")
-            words = typed.view(">u2").reshape(rows, place.words)
-            table[:, place.offset : place.offset + place.words] = (
-                words if self.word_order == "big" else words[:, ::-1]
-            )
+            by_name[place.name] = typed
+            if self.word_order == "little" and place.words > 1:
+                words = table[:, place.offset : place.offset + place.words]
+                words[:] = words[:, ::-1].copy()
         return table
 
     @staticmethod

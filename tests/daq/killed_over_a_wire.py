@@ -14,8 +14,7 @@ from pathlib import Path
 from bufferstand.daq.campaign.campaign_runner import run_campaign
 from bufferstand.drivers.interfaces import MotionState
 from bufferstand.drivers.register_maps.profile import Profile
-from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import behind_a_wire, open_in_process
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.drivers.profiles import changed_ring
 

@@ -16,7 +16,7 @@ from bufferstand.recording.runfile.file import open_run
 from bufferstand.recording.sealing.verification import verify
 from tests.daq.fault_matrix import PHASES, Cell, every_fault, run_cell
 
-WIRE = r"controller or its wire failed|simulated controller"
+WIRE = r"controller or its wire failed|controller at in process"
 SENSOR = r"temperature_1 \(spring plate 3\) has given no true reading for"
 UNHEARD = "amplifier has delivered nothing"
 FAULTS: Mapping[str, tuple[set[int], str]] = {

@@ -22,8 +22,7 @@ from bufferstand.daq.motions.turn_watch import TurnWatch
 from bufferstand.daq.operator.progress import CampaignProgress
 from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import SAMPLES, Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan

@@ -10,12 +10,9 @@ import pytest
 from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.drivers.interfaces import Controller, MotionState
 from bufferstand.drivers.register_maps.profile import Profile, load_profile
-from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
-from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.drivers.simulated.wires.modbus_requests import EXCHANGE, READ_HOLDING, READ_INPUT
 from bufferstand.drivers.stand_file.schema import StandFile
-from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.foundation.motions import Harmonic, RampTo
 from tests.daq.fake_stand import Orders
@@ -107,13 +104,9 @@ def start_over(
             written.append(request)
         return ""
 
-    clock: Clock = opened.clock
     plan, _ = sample_plan(folder / "campaign.toml")
-    if profile.poll is None:
-        stand = behind_a_wire(opened, stand_file, lambda: 0.001, profile, seen)
-    else:
-        stand, clock = polled_behind_a_wire(opened, stand_file, lambda: 0.001, profile, seen)
-    return run_campaign(plan, stand, clock, folder / "out", facts_of(stand_file))
+    stand = behind_a_wire(opened, stand_file, lambda: 0.001, profile, seen)
+    return run_campaign(plan, stand, opened.clock, folder / "out", facts_of(stand_file))
 
 
 @pytest.mark.slow

@@ -15,8 +15,7 @@ from bufferstand.daq.campaign.run_settings import RunSettings
 from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
 from bufferstand.drivers.interfaces import Controller, MotionState
 from bufferstand.drivers.register_maps.profile import load_profile
-from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
 from bufferstand.drivers.simulated.wires.modbus_requests import EXCHANGE
 from bufferstand.foundation.errors import ExitStatus, NotInCharge

@@ -21,12 +21,11 @@ from bufferstand.daq.stand.manual import SPEED_MAX_MM_PER_S, ManualLimits, by_ha
 from bufferstand.daq.stand.readings import StandReader
 from bufferstand.daq.zero.file import store_zero, stored_path, stored_zero
 from bufferstand.daq.zero.limits import BEYOND_MM
+from bufferstand.drivers.controllers.ring_controller import RingController
 from bufferstand.drivers.interfaces import ControllerStatus, MotionState, SampleBlock, Sensor, SensorFault
 from bufferstand.drivers.serial_line.port_errors import is_held
-from bufferstand.drivers.simulated.inprocess.controller import InProcessController
 from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.drivers.simulated.machine.commands import ControllerFault
-from bufferstand.drivers.simulated.machine.controller import SimulatedController
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.channels.zero import ChannelZero, Zero
@@ -147,7 +146,7 @@ def test_no_fault_is_reset_with_force_on_the_specimen(
 ) -> None:
     stand, file = made
     stand.device.controller.fail(ControllerFault.ACTUATOR)
-    monkeypatch.setattr(InProcessController, "_shown", _with_force(30.0))
+    monkeypatch.setattr(RingController, "status", _with_force(30.0))
     with (
         pytest.raises(
             Halt, match=r"shows fault 4 \(actuator\) from before .* the force is 30.0 kN"
@@ -162,17 +161,17 @@ def test_no_fault_is_reset_with_force_on_the_specimen(
         stand.stand.controller.reset_fault,
         lambda: stand.stand.controller.enable(force_limit_kN=20.0, stroke_limit_mm=50.0, watchdog_ms=2000),
     ):
-        with pytest.raises(DeviceFault, match=r"fault 4 was not reset: the force is 30.0 kN, the valve off"):
+        with pytest.raises(DeviceFault, match=r"fault 4 \(actuator\) was not reset: the force is 30.0 kN"):
             switch()
     assert stand.device.controller.fault is ControllerFault.ACTUATOR
     assert not stand.device.controller.valve_on
 
 
 def _with_force(force_kN: float) -> Callable[..., ControllerStatus]:
-    shown = InProcessController._shown
+    shown = RingController.status
 
-    def altered(self: InProcessController, controller: SimulatedController) -> ControllerStatus:
-        return replace(shown(self, controller), force_kN=force_kN)
+    def altered(self: RingController) -> ControllerStatus:
+        return replace(shown(self), force_kN=force_kN)
 
     return altered
 

@@ -20,8 +20,8 @@ from bufferstand.drivers.controllers.outage_limit import RESERVE_S, OutageLimit
 from bufferstand.drivers.delivery_rate.blocks import FEED_S
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState
 from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
-from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.recording.runfile.file import open_run
 from bufferstand.recording.runfile.run import Run

@@ -12,8 +12,7 @@ from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campai
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.drivers.delivery_rate.polls import PollDelivery
 from bufferstand.drivers.register_maps.profile import load_profile
-from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.recording.runfile.file import open_run
 from tests.daq.cases import Lines
@@ -34,7 +33,7 @@ cycles = 2
 def run_polled(folder: Path, trip_s: float) -> tuple[CampaignOutcome, InProcessStand, Lines]:
     plan, stand_file = sample_plan(campaign(folder, SHORT))
     opened = open_in_process(stand_file, log_truth=False)
-    stand, clock = polled_behind_a_wire(opened, stand_file, lambda: trip_s, POLLING)
+    clock, stand = opened.clock, behind_a_wire(opened, stand_file, lambda: trip_s, POLLING)
     shown = Lines()
     outcome = run_campaign(plan, stand, clock, folder / "out", facts_of(stand_file), progress=shown)
     stand.close()

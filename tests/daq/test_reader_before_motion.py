@@ -14,8 +14,8 @@ from bufferstand.daq.guards.panel import GuardPanel, GuardSet
 from bufferstand.daq.guards.trips import Action
 from bufferstand.daq.motions.motion_runner import Halt, MotionRunner
 from bufferstand.daq.operator.stop_request import StopRequest
-from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost
+from bufferstand.drivers.simulated.inprocess.stand import behind_a_wire, open_in_process
 from bufferstand.drivers.simulated.wires.modbus_requests import WRITE_ONE
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.motions import ControllerMotion, RampTo

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from bufferstand.daq.campaign.campaign_runner import run_campaign
-from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.foundation.motions import RampTo

@@ -12,8 +12,7 @@ from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campai
 from bufferstand.daq.campaign.run_settings import RunSettings
 from bufferstand.drivers.register_maps.profile import Profile
 from bufferstand.drivers.simulated.faults.schedule import ScheduledFault, parse_fault
-from bufferstand.drivers.simulated.inprocess.register_wire import behind_a_wire
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, behind_a_wire, open_in_process
 from bufferstand.foundation.errors import ExitStatus
 from bufferstand.recording.runfile.file import open_run
 from tests.daq.killed_over_a_wire import profile_of

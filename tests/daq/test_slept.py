@@ -16,7 +16,6 @@ from bufferstand.drivers.register_maps.profile import load_profile
 from bufferstand.drivers.simulated.inprocess.register_wire import Lost
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
-from bufferstand.foundation.clock import steady_s
 from bufferstand.foundation.errors import ExitStatus, NotInCharge
 from tests.daq.cases import Lines
 from tests.daq.test_lock import BRIEF, COOLS, ELSEWHERE, FEED, INTRUDER, TwoPrograms
@@ -207,8 +206,8 @@ def test_behind_a_pause_no_sample_is_taken_from_anothers_ring(
     acknowledged: list[int] = []
     write = two.bank.write
     monkeypatch.setattr(two.bank, "write", lambda at, values: acknowledged.append(at) or write(at, values))
-    asleep_s = steady_s() + 5.0
-    monkeypatch.setattr("bufferstand.drivers.controllers.writer_lock.steady_s", lambda: asleep_s)
+    asleep_s = two.clock.now_s() + 5.0
+    cast(Any, controller)._link._wire.now_s = lambda: asleep_s
     with pytest.raises(NotInCharge, match="has taken over"):
         controller.read_block()
     assert acknowledged == []

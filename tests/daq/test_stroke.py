@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.inprocess.controller import InProcessController
+from bufferstand.drivers.controllers.ring_controller import RingController
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.loading.load import load_run
 from bufferstand.evaluation.run.evaluate import evaluate_run
@@ -122,7 +122,7 @@ def test_a_change_that_is_not_taken_is_said_without_the_words_of_the_wire(
     def reject(*_: object, **__: object) -> None:
         raise CommandRejected(answer)
 
-    monkeypatch.setattr(InProcessController, "adjust_harmonic", reject)
+    monkeypatch.setattr(RingController, "adjust_harmonic", reject)
     outcome, _, shown, _ = run(tmp_path, sine(40.0, 15.0, 0.8))
     assert outcome.status == "complete", "it is no reason to stop"
     events = [event for event in open_run(outcome.runs[0]).events if event.text.startswith("not corrected")]

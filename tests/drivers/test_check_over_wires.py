@@ -10,11 +10,11 @@ from bufferstand.drivers.check.devices import check_devices
 from bufferstand.drivers.check.rows import CheckRow
 from bufferstand.drivers.check.verdict import Verdict
 from bufferstand.drivers.controllers.ring_controller import RingController
+from bufferstand.drivers.modbus.link import ModbusLink
 from bufferstand.drivers.register_maps.profile import load_profile
 from bufferstand.drivers.simulated.faults.schedule import parse_fault
-from bufferstand.drivers.simulated.inprocess.polled_registers import polled_behind_a_wire
-from bufferstand.drivers.simulated.inprocess.register_wire import Lost, behind_a_wire, virtual_link
-from bufferstand.drivers.simulated.inprocess.stand import open_in_process
+from bufferstand.drivers.simulated.inprocess.register_wire import Lost, VirtualWire
+from bufferstand.drivers.simulated.inprocess.stand import behind_a_wire, open_in_process
 from bufferstand.drivers.simulated.wires.modbus_requests import READ_HOLDING
 from bufferstand.drivers.stand_file.loading import load_stand
 from tests.drivers.conftest import SAMPLE_STAND
@@ -57,7 +57,7 @@ def rows_polled(trip_s: float) -> dict[str, CheckRow]:
     """Check the same stand with its controller polled at 100 Hz, in two reads a poll."""
     stand_file = load_stand(SAMPLE_STAND)
     opened = open_in_process(stand_file, log_truth=False)
-    stand, clock = polled_behind_a_wire(opened, stand_file, lambda: trip_s, load_profile("polling"))
+    clock, stand = opened.clock, behind_a_wire(opened, stand_file, lambda: trip_s, load_profile("polling"))
     rows = check_devices(stand_file, stand.controller, (), clock, watch_s=2.0)
     return {row.item: row for row in rows}
 
@@ -134,7 +134,8 @@ def test_a_ring_that_another_program_reads_is_left_alone(function_23: bool) -> N
         sent.append(request)
         return ""
 
-    link = virtual_link(opened.device, profile, opened.clock, lambda: 0.001, seen)
+    wire = VirtualWire(opened.device, profile, opened.clock, lambda: 0.001, seen)
+    link = ModbusLink(wire, read_write=function_23)
     campaign, check = (
         RingController(link, profile, stand_file.controller.channel, opened.clock) for _ in range(2)
     )
@@ -161,8 +162,10 @@ def test_a_ring_that_another_program_reads_is_left_alone(function_23: bool) -> N
 def test_one_without_a_lock_is_left_alone_once_it_is_switched_on() -> None:
     stand_file = load_stand(SAMPLE_STAND)
     opened = open_in_process(stand_file, log_truth=False)
-    controller = opened.stand.controller
-    controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
+    opened.stand.controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
+    ring = load_profile("ring")
+    lockless = replace(ring, registers={k: v for k, v in ring.registers.items() if k != "writer"})
+    controller = behind_a_wire(opened, stand_file, lambda: 0.001, lockless).controller
     rows = {row.item: row for row in check_devices(stand_file, controller, (), opened.clock, watch_s=0.0)}
     assert rows["in use"].value == "somebody has switched it on (holding)"
     assert "force" not in rows
@@ -172,7 +175,7 @@ def test_polls_disturb_nobody_and_go_on_beside_another_program() -> None:
     stand_file = load_stand(SAMPLE_STAND)
     opened = open_in_process(stand_file, log_truth=False)
     opened.stand.controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
-    stand, clock = polled_behind_a_wire(opened, stand_file, lambda: 0.001, load_profile("polling"))
+    clock, stand = opened.clock, behind_a_wire(opened, stand_file, lambda: 0.001, load_profile("polling"))
     rows = {row.item: row for row in check_devices(stand_file, stand.controller, (), clock, watch_s=1.5)}
     assert rows["in use"].verdict is Verdict.NOTE
     assert rows["sample rate"].verdict is Verdict.OK

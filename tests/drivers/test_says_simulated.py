@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from bufferstand.drivers.controllers.register_controller import RegisterController
+from bufferstand.drivers.modbus.link import ModbusLink
 from bufferstand.drivers.register_maps.profile import SIMULATED_SIGN, Profile, load_profile
-from bufferstand.drivers.simulated.inprocess.register_wire import virtual_link
+from bufferstand.drivers.simulated.inprocess.register_wire import VirtualWire
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.drivers.simulated.wires.controller_registers import RegisterBank
 from bufferstand.drivers.simulated.wires.modbus_requests import EXCHANGE, WRITE_ONE, WRITE_SEVERAL
@@ -28,7 +29,8 @@ def asked(profile: Profile) -> tuple[bool, list[bytes]]:
         seen.append(request)
         return ""
 
-    link = virtual_link(opened.device, profile, opened.clock, lambda: 0.001, kept)  # type: ignore[arg-type]
+    wire = VirtualWire(opened.device, profile, opened.clock, lambda: 0.001, kept)  # type: ignore[arg-type]
+    link = ModbusLink(wire, read_write=profile.read_write)
     controller = RegisterController(link, profile)
     controller.identify()
     found = controller.says_simulated()

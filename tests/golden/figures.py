@@ -19,7 +19,6 @@ from unittest import mock
 
 from bufferstand.cli.main import bufferstand
 from bufferstand.daq.campaign.campaign_runner import run_campaign
-from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
@@ -32,6 +31,7 @@ from bufferstand.recording.runfile.file import read_metadata
 from tests.daq.cases import Lines
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
+from tests.golden.direct_stand import open_direct
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = ROOT / "sample_runs"
@@ -193,7 +193,7 @@ def simulated(folder: Path) -> dict[str, Any]:
     campaign.write_text(SIMULATED, encoding="utf-8")
     (folder / "samples").symlink_to(SAMPLES)
     plan, stand_file = sample_plan(campaign)
-    opened = open_in_process(stand_file)
+    opened = open_direct(stand_file)
     with mock.patch.object(ThreadPoolExecutor, "submit", at_once):
         outcome = run_campaign(
             plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file),

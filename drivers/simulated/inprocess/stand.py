@@ -1,18 +1,25 @@
-"""The simulated stand in process and in virtual time: the same physics, the same interfaces, no wires.
+"""The simulated stand in process and in virtual time: the same physics, behind wires in memory.
 
-Stand time passes only as its user waits, so that a campaign of minutes runs in seconds and twice alike.
+The controller is reached by the driver of real ones. Stand time passes only as its user waits, so that a
+campaign of minutes runs in seconds and twice alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from bufferstand.drivers.interfaces import Sensor, Stand
+from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.simulated.build import make_device
 from bufferstand.drivers.simulated.faults import ScheduledFault
-from bufferstand.drivers.simulated.inprocess.controller import InProcessController
+from bufferstand.drivers.simulated.inprocess.register_wire import (
+    Lost,
+    VirtualWire,
+    in_memory,
+    open_controller,
+)
 from bufferstand.drivers.simulated.inprocess.sensors import InProcessAmplifier, InProcessThermometer
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
@@ -67,7 +74,8 @@ def open_in_process(
     Raises
     ------
     BadInput
-        As :func:`bufferstand.drivers.simulated.build.make_device`.
+        As :func:`bufferstand.drivers.simulated.build.make_device`; if a fault names a register that the
+        controller's map has not.
     """
     clock = VirtualClock()
     truth = TruthLog()
@@ -86,5 +94,37 @@ def open_in_process(
     if stand_file.temperature is not None:
         period_s = stand_file.temperature.period_s
         sensors += [InProcessThermometer(device, t, clock, period_s) for t in device.thermometers]
-    controller = InProcessController(device, stand_file, clock)
+    way_s, profile = device.latency.way_s, in_memory(stand_file.profile())
+    wire = VirtualWire(device, profile, clock, lambda: way_s() + way_s())
+    for fault in faults:
+        wire.bank.demand_register(fault)
+    controller = open_controller(wire, stand_file, profile)
     return InProcessStand(clock, Stand(controller, tuple(sensors)), device, truth)
+
+
+def behind_a_wire(
+    opened: InProcessStand,
+    stand_file: StandFile,
+    round_trip_s: Callable[[], float],
+    profile: Profile | None = None,
+    lost: Callable[[bytes], Lost] = lambda _: "",
+) -> Stand:
+    """Return a stand in virtual time whose controller is reached over another wire; its clock stays the same.
+
+    Parameters
+    ----------
+    opened : InProcessStand
+        The stand; its sensors stay as they are.
+    stand_file : StandFile
+        For channels, timeout and register profile.
+    round_trip_s : callable
+        Duration of the next round trip [s].
+    profile : Profile, optional
+        Another register profile than the stand file's, with a ring or polled.
+    lost : callable, optional
+        Which requests or replies get lost; as for
+        :class:`bufferstand.drivers.simulated.inprocess.register_wire.VirtualWire`.
+    """
+    chosen = profile or stand_file.profile()
+    wire = VirtualWire(opened.device, chosen, opened.clock, round_trip_s, lost)
+    return Stand(open_controller(wire, stand_file, chosen), opened.stand.sensors)

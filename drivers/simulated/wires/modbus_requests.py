@@ -92,6 +92,9 @@ class Responder:
         Whether function 23 is known.
     way_s : callable, optional
         How long the next request or reply is on its way [s of the wall]; no time without it.
+    most_read : int
+        Registers of one reply where that is more than a frame can carry: on a wire in memory. Its byte count
+        is modulo 256 then.
     """
 
     def __init__(
@@ -102,8 +105,10 @@ class Responder:
         trouble: FrameFaults | None = None,
         read_write: bool = True,
         way_s: Callable[[], float] = lambda: 0.0,
+        most_read: int = 0,
     ) -> None:
         self.way_s = way_s
+        self._most_read = max(MAX_READ, most_read)
         self._read_write = read_write
         self._bank = bank
         self._catch_up = catch_up
@@ -127,10 +132,13 @@ class Responder:
         """Return what arrives of a request that was sent, None where nothing does."""
         return frame if self.trouble is None else self.trouble.heard(frame)
 
+    def arrivals(self, frame: bytes) -> list[tuple[float, bytes]]:
+        """Return what arrives when a frame is sent: after how long [s of the wall], and its bytes."""
+        return [(0.0, frame)] if self.trouble is None else self.trouble.arrivals(frame)
+
     def deliver(self, frame: bytes, write: Callable[[bytes], None]) -> None:
         """Send a frame by ``write``, or what a fault on the wire makes of it, in a running event loop."""
-        arrivals = [(0.0, frame)] if self.trouble is None else self.trouble.arrivals(frame)
-        for delay_s, piece in arrivals:
+        for delay_s, piece in self.arrivals(frame):
             if delay_s > 0.0:
                 asyncio.get_running_loop().call_later(delay_s, write, piece)
             else:
@@ -139,9 +147,9 @@ class Responder:
     def _parse(self, function: int, data: bytes) -> _Request:
         match function:
             case 3 if self._bank.readable["holding"]:
-                return _Request("holding", _reading(data), range(0), ())
+                return _Request("holding", self._reading(data), range(0), ())
             case 4 if self._bank.readable["input"]:
-                return _Request("input", _reading(data), range(0), ())
+                return _Request("input", self._reading(data), range(0), ())
             case 6 if self._bank.writable:
                 if len(data) != 4:
                     raise RefusedError(ILLEGAL_VALUE)
@@ -150,9 +158,20 @@ class Responder:
             case 16 if self._bank.writable:
                 return _Request("holding", range(0), *_writing(data, MOST_WRITTEN[function]))
             case 23 if self._bank.writable and self._read_write:
-                return _Request("holding", _reading(data[:4]), *_writing(data[4:], MOST_WRITTEN[function]))
+                return _Request(
+                    "holding", self._reading(data[:4]), *_writing(data[4:], MOST_WRITTEN[function])
+                )
             case _:
                 raise RefusedError(ILLEGAL_FUNCTION)
+
+    def _reading(self, data: bytes) -> range:
+        """Return the addresses that are to be read."""
+        if len(data) != 4:
+            raise RefusedError(ILLEGAL_VALUE)
+        address, count = struct.unpack(">HH", data)
+        if not 1 <= count <= self._most_read:
+            raise RefusedError(ILLEGAL_VALUE)
+        return range(address, address + count)
 
     def _judge(self, table: Table, read: range, written: range) -> bool:
         """Refuse addresses that are not there; return whether the stand must be up to date for the rest."""
@@ -174,17 +193,7 @@ class Responder:
         if function == WRITE_SEVERAL:
             return request[:5]
         count = len(wanted.read)
-        return bytes((function, 2 * count)) + bank.read_packed(wanted.read.start, count, wanted.table)
-
-
-def _reading(data: bytes) -> range:
-    """Return the addresses that are to be read."""
-    if len(data) != 4:
-        raise RefusedError(ILLEGAL_VALUE)
-    address, count = struct.unpack(">HH", data)
-    if not 1 <= count <= MAX_READ:
-        raise RefusedError(ILLEGAL_VALUE)
-    return range(address, address + count)
+        return bytes((function, 2 * count & 0xFF)) + bank.read_packed(wanted.read.start, count, wanted.table)
 
 
 def _writing(data: bytes, most: int) -> tuple[range, tuple[int, ...]]:

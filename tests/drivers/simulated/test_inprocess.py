@@ -172,41 +172,45 @@ def test_a_lost_link_fails_after_its_timeout_and_the_stand_saves_itself(tmp_path
     controller = made.stand.controller
     enable(made)
     drive(made, controller.start(RampTo(target_mm=60.0, speed_mm_per_s=50.0)))
-    made.device.faults.add(
-        ScheduledFault("controller", "lost", made.clock.now_s(), made.clock.now_s() + 10.0)
-    )
+    made.device.faults.add(ScheduledFault("controller", "lost", made.clock.now_s(), made.clock.now_s() + 8.0))
     before_s = made.clock.now_s()
-    with pytest.raises(DeviceFault, match="does not answer"):
+    with pytest.raises(DeviceFault, match="no reply within"):
         controller.status()
     assert made.clock.now_s() == pytest.approx(before_s + 1.0)
-    made.clock.sleep(9.5)
+    made.clock.sleep(8.0)
     status = controller.status()
     assert (status.fault_code, status.watchdog_trips, status.state) == (1, 1, MotionState.FAULT)
     assert status.force_kN < 0.2
     enable(made)
-    assert controller.events() == ["fault 1 of the controller was reset"]
+    assert controller.events()[-1].endswith("of the controller was reset")
     assert controller.status().state is MotionState.HOLDING
 
 
 @pytest.mark.slow
 def test_rejections_name_command_and_reason(tmp_path: Path) -> None:
     controller = opened(tmp_path).stand.controller
-    with pytest.raises(CommandRejected, match="ramp to 20 mm at 50 mm/s: not possible in the present state"):
+    with pytest.raises(
+        CommandRejected, match=r"ramp to 20 mm at 50 mm/s .*: not possible in the present state"
+    ):
         controller.start(RampTo(target_mm=20.0, speed_mm_per_s=50.0))
     controller.enable(force_limit_kN=600.0, stroke_limit_mm=105.0, watchdog_ms=2000)
     with pytest.raises(CommandRejected, match="a parameter is out of range"):
         controller.start(RampTo(target_mm=106.0, speed_mm_per_s=50.0))
-    with pytest.raises(CommandRejected, match="refused limits of 700 kN"):
+    with pytest.raises(DeviceFault, match=r"writing limits .*illegal data value"):
         controller.enable(force_limit_kN=700.0, stroke_limit_mm=105.0, watchdog_ms=2000)
 
 
 @pytest.mark.slow
 def test_reading_too_late_counts_what_is_lost(tmp_path: Path) -> None:
     made = opened(tmp_path)
+    made.clock.sleep(0.1)
+    before = made.stand.controller.read_block()
+    assert before is not None
     made.clock.sleep(70.0)
     block = made.stand.controller.read_block()
     assert block is not None
-    assert block.lost == block.first_sequence == made.device.ring.total - 65536
+    assert block.first_sequence == made.device.ring.total - 65536
+    assert block.lost == block.first_sequence - len(before.time_us)
 
 
 @pytest.mark.slow
