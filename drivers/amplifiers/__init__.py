@@ -1,6 +1,6 @@
 """Measuring amplifiers.
 
-One driver for each protocol, with the time stamps and text values that they share.
+A folder for each kind, beside the time stamps and text values that they share.
 """
 
 from typing import TYPE_CHECKING
@@ -8,16 +8,12 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.drivers.amplifiers.modbus import (
-        ModbusAmplifier,
-    )
     from bufferstand.drivers.amplifiers.serial import (
         resync_text,
         with_saturation,
     )
 
 __all__ = [
-    "ModbusAmplifier",
     "resync_text",
     "with_saturation",
 ]

@@ -125,14 +125,16 @@ def difference_row(stroke_1_mm: float, stroke_2_mm: float, most_mm: float | None
 
 
 def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[CheckRow]:
-    """Yield how far the two amplifiers of the one force transducer are apart, where both answered."""
-    if stand_file.amplifier is None or {"force", second := stand_file.amplifier.channel.name} - set(forces):
-        return
-    apart_kN = abs(forces["force"] - forces[second])
-    far = apart_kN > FORCE_DIFFERENCE_SHARE * stand_file.limits.force_max_kN
-    remark = "the two amplifiers disagree; look at zero, range and calibration of both" if far else ""
-    verdict = Verdict.FAULT if far else Verdict.OK
-    yield CheckRow("amplifier", f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
+    """Yield how far each further way to the force is from the controller's, where both answered."""
+    for one in stand_file.instruments:
+        second = one.channel.name
+        if one.channel.quantity != "force" or {"force", second} - set(forces):
+            continue
+        apart_kN = abs(forces["force"] - forces[second])
+        far = apart_kN > FORCE_DIFFERENCE_SHARE * stand_file.limits.force_max_kN
+        remark = "the two amplifiers disagree; look at zero, range and calibration of both" if far else ""
+        verdict = Verdict.FAULT if far else Verdict.OK
+        yield CheckRow(one.stream, f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
 
 
 def bus_rows(stand_file: StandFile, roms: Iterable[str]) -> Iterator[CheckRow]:
@@ -195,8 +197,8 @@ def channels_of(stand_file: StandFile) -> Iterator[tuple[str, Channel]]:
     """Yield every channel of a stand with its device."""
     for channel in stand_file.controller.channel:
         yield "controller", channel
-    if stand_file.amplifier is not None:
-        yield "amplifier", stand_file.amplifier.channel
+    for one in stand_file.instruments:
+        yield one.stream, one.channel
     if stand_file.temperature is not None:
         for sensor in stand_file.temperature.sensor:
             yield sensor.name, sensor.channel()

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.drivers.register_maps.coding import (
         DTYPES,
+        WHOLE_RANGES,
         Layout,
         RegisterType,
         crc_of,
@@ -63,6 +64,7 @@ __all__ = [
     "SIMULATED_SIGN",
     "STATUS",
     "WATCHDOG_LEFT",
+    "WHOLE_RANGES",
     "AmplifierMap",
     "AmplifierRegister",
     "Layout",

@@ -23,14 +23,14 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
         If it has none of that name.
     """
     have = ["controller", *CHANNELS]
-    if stand_file.amplifier is not None:
-        have.append("amplifier")
+    have += [one.stream for one in stand_file.instruments]
     if stand_file.temperature is not None:
         have += [sensor.name for sensor in stand_file.temperature.sensor]
-    registers = stand_file.amplifier is not None and stand_file.amplifier.modbus is not None
-    if registers and (fault.target, fault.kind) == ("amplifier", "resync"):
+    target = next((one for one in stand_file.instruments if one.stream == fault.target), None)
+    registers = target is not None and target.kind.registers(target.settings, target.folder) is not None
+    if registers and fault.kind == "resync":
         raise BadInput(
-            "an amplifier with registers sends no stream whose spacing could be lost",
+            "what has registers sends no stream whose spacing could be lost",
             place=f"fault {fault}",
             remedy="use drop, delay, corrupt or duplicate",
         )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from bufferstand.drivers.instruments.wire_address import SerialAddress
 from bufferstand.drivers.register_maps.profile import SHIPPED
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import (
@@ -27,6 +28,16 @@ SAMPLE = re.sub(
 """Without its optional limits, so that a test can state its own."""
 SPEED = "speed_max_mm_per_s = 800.0\n"
 """The last of the required limits: what is optional is put behind it."""
+
+
+def amplifier_port(stand: StandFile) -> Path:
+    """Return the serial device of the only amplifier."""
+    (one,) = stand.instruments
+    wire = one.kind.wire(one.settings, one.folder)
+    assert isinstance(wire, SerialAddress)
+    return wire.path
+
+
 POSITION = SAMPLE[
     SAMPLE.index("[[controller.channel]] # signed") : SAMPLE.index('[[controller.channel]]\nname = "command"')
 ]
@@ -47,7 +58,7 @@ def test_the_shipped_stand() -> None:
     assert stand.limits.force_max_kN == 600.0
     assert stand.controller.port == 15020
     assert {channel.name for channel in stand.controller.channel} == set(CONTROLLER_CHANNELS)
-    assert stand.amplifier_port() == SAMPLE_STAND.parent / "wires" / "amplifier"
+    assert amplifier_port(stand) == SAMPLE_STAND.parent / "wires" / "amplifier"
     assert stand.w1_root() == SAMPLE_STAND.parent / "wires" / "w1" / "devices"
     assert stand.temperature is not None
     assert [sensor.role for sensor in stand.temperature.sensor] == ["specimen", "specimen", "ambient"]
@@ -62,8 +73,7 @@ def test_shipped_coefficients_are_those_of_the_devices() -> None:
     assert slope["stroke_1"] == slope["stroke_2"] == 500.0 / 65536
     assert slope["position"] == slope["command"] == 0.01
     assert slope["force"] * 2**31 > stand.limits.force_max_kN  # int32 counts reach beyond the limit
-    assert stand.amplifier is not None
-    assert stand.amplifier.channel.calibration.coefficients[1] == pytest.approx(
+    assert stand.instruments[0].channel.calibration.coefficients[1] == pytest.approx(
         1.05 * 630.0 / 0x7FFFFF, rel=1e-12
     )
 
@@ -86,10 +96,13 @@ def test_amplifier_and_sensors_are_optional(tmp_path: Path) -> None:
     path = tmp_path / "stand.toml"
     path.write_text(text, encoding="utf-8")
     stand = load_stand(path)
-    assert stand.amplifier is None
-    assert stand.amplifier_port() is None
+    assert stand.amplifier == ()
+    assert not stand.instruments
     assert stand.w1_root() is None
-    assert with_endpoints(stand, Endpoints(amplifier_port=tmp_path, w1_root=tmp_path)).amplifier is None
+    assert (
+        with_endpoints(stand, Endpoints(instruments={"amplifier": tmp_path}, w1_root=tmp_path)).amplifier
+        == ()
+    )
 
 
 def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(tmp_path: Path) -> None:
@@ -140,7 +153,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         (
             'protocol = "gsv2"',
             'protocol = "gsv8"',
-            "amplifier.protocol: “gsv8” is not known here; write “gsv2”",
+            "amplifier: protocol = “gsv8” is not known; write “aed”, “gsv2” or “modbus”",
         ),
         (
             "rate_Hz = 250.0",
@@ -218,10 +231,12 @@ def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:
     stand = load_stand(SAMPLE_STAND)
     other = with_endpoints(
         stand,
-        Endpoints(host="::1", port=4711, amplifier_port=tmp_path / "pty", w1_root=tmp_path / "w1"),
+        Endpoints(
+            host="::1", port=4711, instruments={"amplifier": tmp_path / "pty"}, w1_root=tmp_path / "w1"
+        ),
     )
     assert (other.controller.host, other.controller.port) == ("::1", 4711)
-    assert other.amplifier_port() == tmp_path / "pty"
+    assert amplifier_port(other) == tmp_path / "pty"
     assert other.w1_root() == tmp_path / "w1"
     assert other.path == stand.path
     before, after = stand.model_dump(mode="json"), other.model_dump(mode="json")
@@ -241,9 +256,9 @@ def test_a_copy_of_a_stand_file_can_keep_the_devices_of_the_original(tmp_path: P
     original = load_stand(SAMPLE_STAND)
     (tmp_path / "copy.toml").write_text(SAMPLE, encoding="utf-8")
     copy = load_stand(tmp_path / "copy.toml")
-    assert copy.amplifier_port() != original.amplifier_port()
+    assert amplifier_port(copy) != amplifier_port(original)
     wired = wires_from(copy, SAMPLE_STAND.parent)
-    assert wired.amplifier_port() == original.amplifier_port()
+    assert amplifier_port(wired) == amplifier_port(original)
     assert wired.w1_root() == original.w1_root()
     assert wired.controller == original.controller
 
@@ -265,7 +280,7 @@ def test_a_serial_1_wire_adapter_and_a_networked_amplifier_have_no_folder_and_no
     stand = load_stand(changed(tmp_path, (W1, 'kind = "ds2480b"\nport = "wires/onewire"\n'), (GSV2, MODBUS)))
     assert stand.w1_root() is None
     assert stand.onewire_port() == tmp_path / "wires" / "onewire"
-    assert stand.amplifier_port() is None
+    assert stand.instruments[0].settings.port == ""
     elsewhere = wires_from(stand, SAMPLE_STAND.parent)
     assert elsewhere.onewire_port() == SAMPLE_STAND.parent.absolute() / "wires" / "onewire"
     assert elsewhere.amplifier == stand.amplifier
@@ -276,8 +291,12 @@ def test_a_serial_1_wire_adapter_and_a_networked_amplifier_have_no_folder_and_no
     [
         (W1, 'kind = "ds2480b"\n', "port names the serial device of kind = “ds2480b”"),
         ('kind = "w1"', 'kind = "w1"\nport = "a"', "port names the serial device of kind = “ds2480b”"),
-        (GSV2, GSV2 + "aed = { output = 9 }\n", "there is a table [amplifier.aed] beside protocol = “gsv2”"),
-        (GSV2, GSV2.replace("gsv2", "modbus"), "protocol = “modbus” needs a table [amplifier.modbus]"),
+        (GSV2, GSV2 + "aed = { output = 9 }\n", "protocol = “gsv2” has no key “aed”; it is a key of aed"),
+        (
+            GSV2,
+            GSV2.replace("gsv2", "modbus"),
+            "amplifier.modbus: this key is missing; add it: a table under [amplifier.modbus]",
+        ),
         (GSV2, GSV2.replace('port = "wires/amplifier"\n', ""), "port must name the serial device"),
         (GSV2, GSV2 + "gsv2 = { rate_code = 7 }\n", "rate_code is only sent with set_up = true"),
         (

@@ -1,6 +1,6 @@
 """No figure has changed since commit dd850b6, before issue 18; new keys aside.
 
-Equal is equal to 1e-7: which instructions numpy's libraries use, and so the last bits, is the processor's choice.
+Equal is equal to 1e-7: the last bits hang on the processor, by which numpy's libraries choose their code.
 """
 
 from __future__ import annotations

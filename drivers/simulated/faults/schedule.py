@@ -66,6 +66,7 @@ FOREVER_S = float("inf")
 _NAMES: Mapping[str, Sequence[str]] = {"side": ("low", "high")}
 _MOST: Mapping[str, float] = {"share": 1.0, "code": 255.0, "delay_s": 60.0, "bytes": 64.0, "keep": 65536.0}
 _TARGET = re.compile(r"^temperature_[1-9][0-9]*$")
+_INSTRUMENT = re.compile(r"^(amplifier|sensor)(_([2-9]|[1-9][0-9]+))?$")
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?"
 _FORM = re.compile(
     rf"^(?P<target>[a-z][a-z0-9_]*)=(?P<kind>[a-z0-9-]+)(?:@(?P<start>{_NUMBER})(?::(?P<end>{_NUMBER}))?)?"
@@ -81,7 +82,7 @@ class ScheduledFault:
     Parameters
     ----------
     target : str
-        ``controller``, ``amplifier``, ``temperature_1`` … or a channel of the controller.
+        ``controller``, ``amplifier``, ``sensor_2``, ``temperature_1`` … or a channel of the controller.
     kind : str
         Name of the fault, see :data:`FAULTS`.
     start_s, end_s : float
@@ -240,8 +241,10 @@ def target_class(target: str) -> str:
     BadInput
         If there is no such target.
     """
-    if target in {"controller", "amplifier"}:
+    if target == "controller":
         return target
+    if _INSTRUMENT.match(target):
+        return "amplifier"
     if target in CHANNELS:
         return "channel"
     if _TARGET.match(target):

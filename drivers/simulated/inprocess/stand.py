@@ -13,7 +13,7 @@ from bufferstand.drivers.interfaces import Sensor, Stand
 from bufferstand.drivers.simulated.build import make_device
 from bufferstand.drivers.simulated.faults import ScheduledFault
 from bufferstand.drivers.simulated.inprocess.controller import InProcessController
-from bufferstand.drivers.simulated.inprocess.sensors import InProcessAmplifier, InProcessThermometer
+from bufferstand.drivers.simulated.inprocess.sensors import InProcessInstrument, InProcessThermometer
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
 from bufferstand.drivers.stand_file import StandFile
@@ -80,11 +80,13 @@ def open_in_process(
         faults=faults,
     )
     clock.listen(device.advance_to)
-    sensors: list[Sensor] = []
-    if stand_file.amplifier is not None:
-        sensors.append(InProcessAmplifier(device, stand_file, clock))
+    beside: dict[str, list[Sensor]] = {"amplifier": [], "sensor": []}
+    for one, simulated in zip(stand_file.instruments, device.instruments, strict=True):
+        beside[one.kind.table].append(InProcessInstrument(device, one, simulated, clock))
+    thermometers: list[Sensor] = []
     if stand_file.temperature is not None:
         period_s = stand_file.temperature.period_s
-        sensors += [InProcessThermometer(device, t, clock, period_s) for t in device.thermometers]
+        thermometers = [InProcessThermometer(device, t, clock, period_s) for t in device.thermometers]
+    sensors = (*beside["amplifier"], *thermometers, *beside["sensor"])
     controller = InProcessController(device, stand_file, clock)
-    return InProcessStand(clock, Stand(controller, tuple(sensors)), device, truth)
+    return InProcessStand(clock, Stand(controller, sensors), device, truth)

@@ -5,9 +5,6 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.drivers.simulated.machine.amplifier_numbers import (
-        AmplifierForm,
-    )
     from bufferstand.drivers.simulated.machine.commands import (
         Command,
         CommandCode,
@@ -18,8 +15,11 @@ if TYPE_CHECKING:
     )
     from bufferstand.drivers.simulated.machine.device import (
         RATE_HZ,
-        AmplifierValues,
         SimulatedDevice,
+    )
+    from bufferstand.drivers.simulated.machine.instruments import (
+        InstrumentValues,
+        SimulatedInstrument,
     )
     from bufferstand.drivers.simulated.machine.physics import (
         Spring,
@@ -43,14 +43,14 @@ __all__ = [
     "COLUMNS",
     "CONVERSION_S",
     "RATE_HZ",
-    "AmplifierForm",
-    "AmplifierValues",
     "Command",
     "CommandCode",
+    "InstrumentValues",
     "RejectReason",
     "SampleRing",
     "SimulatedController",
     "SimulatedDevice",
+    "SimulatedInstrument",
     "SingleWriterLock",
     "Spring",
     "Thermometer",

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
 from bufferstand.drivers.simulated.imperfections import ColouredNoise, Latency, MissedCycles, TransducerDrift
-from bufferstand.drivers.simulated.machine.amplifier_numbers import (
-    AmplifierForm,
-    amplifier_form,
-    amplifier_map,
-)
 from bufferstand.drivers.simulated.machine.commands import Capabilities, ControllerFault
 from bufferstand.drivers.simulated.machine.controller import SimulatedController
+from bufferstand.drivers.simulated.machine.instruments import COLUMNS, SimulatedInstrument
 from bufferstand.drivers.simulated.machine.physics import Actuator, ActuatorFacts, SpecimenAndFrame, Spring
 from bufferstand.drivers.simulated.machine.ring import SampleRing
 from bufferstand.drivers.simulated.machine.thermometer import Thermometer
 from bufferstand.drivers.simulated.machine.truth import TruthLog
 from bufferstand.drivers.simulated.miswiring import MiswiredStand
 from bufferstand.drivers.simulated.settings import SimulationSettings
-from bufferstand.drivers.simulated.transducers import Converter, Converters, Delay, Resampler, WirePair
+from bufferstand.drivers.simulated.transducers import Converter, Converters, Delay, WirePair
 from bufferstand.drivers.stand_file import StandFile
 
 RATE_HZ = 1000.0
@@ -38,15 +31,7 @@ DWELL = 100
 _US = 1_000_000
 _PERIOD_US = round(_US / RATE_HZ)
 _MISSED_SEED = 0x6D697373
-_KEPT_FRAMES = 65536
-
-
-@dataclass(frozen=True)
-class AmplifierValues:
-    """Values of the amplifier that have become due: stand time [s] and counts about zero, shape (n,)."""
-
-    time_s: NDArray[np.float64]
-    counts: NDArray[Any]
+_INSTRUMENT_SEED = 0x696E7374
 
 
 class SimulatedDevice:
@@ -161,23 +146,24 @@ class SimulatedDevice:
             self.period_s,
             seeds[-1],
         )
-        self._amplifier: tuple[Resampler, Converters] | None = None
-        self.amplifier_form: AmplifierForm | None = None
-        self.frames: deque[AmplifierValues] = deque(maxlen=_KEPT_FRAMES)
-        self.amplifier_map = amplifier_map(stand_file)
-        if stand_file.amplifier is not None:
-            channel = stand_file.amplifier.channel
-            form = self.amplifier_form = amplifier_form(stand_file.amplifier, self.amplifier_map)
-            converter = Converter(channel, form.low, form.high, settings.force_noise_kN, form.whole)
-            self._amplifier = (
-                Resampler(form.rate_Hz, channel.delay_s),
-                Converters((converter,), seeds[1]),
-            )
+        self.instruments = tuple(self._instruments(stand_file, settings, seeds[1]))
         self.thermometers = tuple(
             Thermometer(sensor, settings.temperature_noise_C, seed, self._miswired.place_of(sensor))
             for sensor, seed in zip(sensors, seeds[2:-1], strict=True)
         )
         self._look_at_thermometers()
+
+    def _instruments(
+        self, stand_file: StandFile, settings: SimulationSettings, seed: np.random.SeedSequence
+    ) -> Iterator[SimulatedInstrument]:
+        """Yield what measures beside the controller; a wrong wiring is one of the first amplifier."""
+        # Seeds of their own: a further instrument leaves the noise of all others as it was.
+        further = np.random.SeedSequence((settings.seed, _INSTRUMENT_SEED)).spawn(len(stand_file.instruments))
+        for number, one in enumerate(stand_file.instruments):
+            if one.stream == "amplifier":
+                yield SimulatedInstrument(one, settings, seed, self._miswired.second_force)
+            else:
+                yield SimulatedInstrument(one, settings, further[number])
 
     # --- time ---------------------------------------------------------------------------------------
 
@@ -421,16 +407,13 @@ class SimulatedDevice:
         self.ring.append(samples)
         last = self._converters.values(samples[-1, 1:])
         self.measured_stroke_mm = 0.5 * (last[1].item() + last[2].item())
-        if self._amplifier is not None:
-            resampler, converters = self._amplifier
-            second = table[:, 4:5].copy()
-            self._drift.feel(made_s, second)
-            due_s, value = resampler.take(made_s, second[:, 0])
-            if due_s.size:
-                counts = converters.counts(value[:, np.newaxis])[:, 0]
-                counts = self._miswired.second_force(due_s, counts, converters)
-                whole = self.amplifier_form is None or self.amplifier_form.whole
-                self.frames.append(AmplifierValues(due_s, counts.astype(np.int64) if whole else counts))
+        for instrument in self.instruments:
+            column = table[:, COLUMNS[instrument.quantity]]
+            if instrument.quantity == "force":
+                second = column[:, np.newaxis].copy()
+                self._drift.feel(made_s, second)
+                column = second[:, 0]
+            instrument.measure(made_s, column)
         if self.truth is not None:
             truth = np.empty((count, 9))
             truth[:, 0] = sequence

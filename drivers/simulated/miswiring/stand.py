@@ -85,7 +85,7 @@ class MiswiredStand:
 
 def _demand_possible(stand_file: StandFile, facts: Miswired) -> None:
     """See that what shall be wrong is there."""
-    if facts.amplifier.model_fields_set and stand_file.amplifier is None:
+    if facts.amplifier.model_fields_set and not stand_file.amplifier:
         raise BadInput(
             "the stand has no amplifier that could be wired wrong",
             file=stand_file.path,

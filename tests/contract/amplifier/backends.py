@@ -10,14 +10,14 @@ from typing import Protocol
 import numpy as np
 
 from bufferstand.drivers.amplifiers.aed.amplifier import AedAmplifier
+from bufferstand.drivers.amplifiers.aed.simulated import AedDevice
 from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
-from bufferstand.drivers.connect_sensors import build_amplifier
+from bufferstand.drivers.amplifiers.gsv2.simulated import FULL_SCALE, Gsv2Device
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.register_maps.amplifier_map import load_amplifier_map
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
-from bufferstand.drivers.simulated.machine.amplifier_numbers import FULL_SCALE
-from bufferstand.drivers.simulated.machine.device import AmplifierValues
-from bufferstand.drivers.simulated.wires.amplifiers import AedDevice, Gsv2Device
+from bufferstand.drivers.simulated.machine.instruments import InstrumentValues
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
@@ -61,7 +61,9 @@ class InProcess:
     def give(self, *counts: int) -> None:
         times = self._now_s + np.arange(1, len(counts) + 1) / 250.0
         self._now_s = float(times[-1])
-        self._stand.device.frames.append(AmplifierValues(times, np.array(counts, dtype=np.int64)))
+        self._stand.device.instruments[0].frames.append(
+            InstrumentValues(times, np.array(counts, dtype=np.int64))
+        )
 
     def saturate(self) -> None:
         self.give(FULL_SCALE)
@@ -81,7 +83,7 @@ class OnPty:
         )
         settings = amplifier_settings(folder, text, extra=LIMITS)
         device = Gsv2Device(250.0, frame=settings.gsv2.frame) if protocol == "gsv2" else AedDevice()
-        self._far = FarEnd(folder / "wire", device, rate_Hz)
+        self._far = FarEnd(folder / "wire", device)
         kind = Gsv2Amplifier if protocol == "gsv2" else AedAmplifier
         self.sensor: Sensor = kind(folder / "wire", settings, WallClock())
 
@@ -107,7 +109,7 @@ class OverModbus:
             f'modbus = {{ map = "dms-float"{where} }}\n' + ('port = "wire"\nbaud = 115200\n' if line else "")
         )
         amplifier_settings(folder, text, extra=LIMITS)
-        sensor = build_amplifier(load_stand(folder / "stand.toml"), WallClock())
+        sensor = build_sensors(load_stand(folder / "stand.toml"), WallClock())[0]
         assert sensor is not None
         self.sensor = sensor
 
