@@ -215,9 +215,10 @@ def _heat(stand_file: StandFile, plan: Plan) -> Iterator[str]:
 
 
 def _force_and_stroke(stand_file: StandFile, plan: Plan) -> Iterator[str]:
-    if not stand_file.amplifier:
+    names = [channel.name for channel in stand_file.controller.channel]
+    if not stand_file.amplifier and "force_2" not in names:
         yield "no second force: a load cell or scale that is wrong is not seen by another"
-    if one_wire(stand_file.profile()):
+    if "stroke_2" not in names or one_wire(stand_file.profile()):
         yield "one draw wire: tilt is not watched"
     if plan.specimen.max_stroke_mm is None and plan.campaign.limits.stroke_max_mm is None:
         yield (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import date, timedelta
@@ -14,7 +15,7 @@ from bufferstand.foundation.channels import Channel
 CALIBRATION_SOON = timedelta(days=30)
 """A calibration that ends within this time gets a note."""
 STROKE_DIFFERENCE_MM = 2.0
-"""Largest believable difference of the two draw wires [mm]; more is tilt, or a slack or snagged wire."""
+"""Largest believable difference of two draw wires [mm]; more is tilt, or a slack or snagged wire."""
 FORCE_DIFFERENCE_SHARE = 0.02
 """Largest believable difference of two amplifiers on one transducer, as a share of the force limit."""
 STROKE_SLACK_MM = 60.0
@@ -73,10 +74,12 @@ def value_row(
         Age of the reading, and the age from which it counts as stale [s].
     """
     limits = stand_file.limits
+    travel_mm = (-STROKE_SLACK_MM, limits.stroke_max_mm)
     low, high = {
         "force": (-0.1 * limits.force_max_kN, limits.force_max_kN),
         "temperature": TEMPERATURE_RANGE_C,
-    }.get(channel.quantity, (-STROKE_SLACK_MM, limits.stroke_max_mm))
+        **dict.fromkeys(("stroke", "position", "command"), travel_mm),
+    }.get(channel.quantity, (-math.inf, math.inf))  # of any other no range is known
     text = f"{value:.2f} {channel.unit}" + (f" ({channel.place})" if channel.place else "")
     verdict, remark = Verdict.OK, ""
     if not low <= value <= high:
@@ -84,7 +87,8 @@ def value_row(
         remark = f"outside {low:g} … {high:g} {channel.unit}; look at transducer, cable and coefficients"
     elif age_s > stale_after_s:
         verdict, remark = Verdict.FAULT, f"stale: {age_s:.1f} s old; look at the device and its wire"
-    figures = {f"value_{channel.unit.removeprefix('°')}": value, "age_s": age_s}
+    unit = channel.unit.removeprefix("°").replace("/", "_per_").replace("²", "2")
+    figures = {f"value_{unit}": value, "age_s": age_s}
     return CheckRow(device, channel.name, text, verdict, remark, age_s, figures)
 
 
@@ -115,13 +119,13 @@ def rate_row(
     return CheckRow(device, item, text, figures=figures)
 
 
-def difference_row(stroke_1_mm: float, stroke_2_mm: float, most_mm: float | None = None) -> CheckRow:
-    """Return how far the two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
-    apart_mm = abs(stroke_1_mm - stroke_2_mm)
+def difference_row(one: str, two: str, difference_mm: float, most_mm: float | None = None) -> CheckRow:
+    """Return how far two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
+    apart_mm = abs(difference_mm)
     if apart_mm <= (STROKE_DIFFERENCE_MM if most_mm is None else most_mm):
-        return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm")
+        return CheckRow("controller", f"{one} − {two}", f"{apart_mm:.2f} mm")
     remark = "the draw wires disagree; look for tilt, a slack or a snagged wire"
-    return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)
+    return CheckRow("controller", f"{one} − {two}", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)
 
 
 def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[CheckRow]:

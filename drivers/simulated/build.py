@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bufferstand.drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
+from bufferstand.drivers.simulated.faults import ScheduledFault, nearest
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
 from bufferstand.drivers.stand_file import StandFile
@@ -22,7 +22,8 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
     BadInput
         If it has none of that name.
     """
-    have = ["controller", *CHANNELS]
+    channels = stand_file.controller.channel
+    have = ["controller", *(channel.name for channel in channels if channel.quantity != "command")]
     have += [one.stream for one in stand_file.instruments]
     if stand_file.temperature is not None:
         have += [sensor.name for sensor in stand_file.temperature.sensor]

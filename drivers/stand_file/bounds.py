@@ -80,14 +80,17 @@ def power_on_C(stand_file: StandFile) -> float:  # noqa: N802 - the unit keeps i
 def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple[str | int, ...], str]]:
     """Return each channel that cannot show what it must, with its place in the file."""
     limits = stand_file.limits
-    whole = {"force": limits.force_max_kN, "stroke": limits.stroke_max_mm}
+    travel_mm = limits.stroke_max_mm
+    whole = {"force": limits.force_max_kN, **dict.fromkeys(("stroke", "position", "command"), travel_mm)}
     found: list[tuple[tuple[str | int, ...], str]] = []
     for number, channel in enumerate(stand_file.controller.channel):
         name = f"raw_{channel.name}"
         kind = None if profile.window is None else dict(profile.window.sample).get(channel.name)
         if kind is None and profile.has(name):
             kind = profile.find(name).type
-        most = whole.get(channel.quantity, limits.stroke_max_mm)
+        most = whole.get(channel.quantity)
+        if most is None:  # no limit and no guard looks at it
+            continue
         if problem := _scale_trouble(channel, None if kind is None else WHOLE_RANGES.get(kind), most):
             found.append((("controller", "channel", number, "calibration"), problem))
         if channel.quantity == "force" and (problem := _overload_trouble(channel, most)):

@@ -38,20 +38,19 @@ from bufferstand.drivers.instruments import (
     kind_of,
     stream_name,
 )
-from bufferstand.drivers.register_maps import Profile, load_profile
+from bufferstand.drivers.register_maps import (
+    REQUIRED_CHANNELS,
+    Profile,
+    hole_in_strokes,
+    load_profile,
+    missing_channels,
+    quantity_of,
+    unknown_name,
+)
 from bufferstand.drivers.stand_file.instrument_lists import AmplifierEntry, OneOrMore, SensorEntry
 from bufferstand.foundation import BadInput, curve_problem
-from bufferstand.foundation.channels import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.channels import CHANNEL_UNITS, Calibration, Channel, ChannelUncertainty
 from bufferstand.foundation.settings import Settings, Within, WrongKeyError
-
-CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
-    "force": ("force", "kN"),
-    "stroke_1": ("stroke", "mm"),
-    "stroke_2": ("stroke", "mm"),
-    "position": ("position", "mm"),
-    "command": ("command", "mm"),
-}
-"""Quantity and unit of each channel that the controller samples."""
 
 LONGEST_RTU_BITS = (17 + 255) * 11
 """Bits on a line of the largest exchange: a request of function 23 and a reply of 125 registers."""
@@ -83,7 +82,7 @@ class StandFacts(Settings):
     """Where the load cell is: it pushes the mass (``moving-side``, as where nothing is stated), or stands
     behind the specimen (``fixed-side``)."""
     tilt_max_mm: Annotated[float, Field(gt=0)] | None = None
-    """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
+    """Largest difference of any two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
 class StandFileLimits(Settings):
@@ -169,16 +168,17 @@ class ControllerSettings(Settings):
                 raise WrongKeyError(
                     f"channel “{channel.name}” is there twice; leave one out", ("channel", number, "name")
                 )
-            if channel.name not in CONTROLLER_CHANNELS:
-                raise WrongKeyError(
-                    f"the controller has no channel “{channel.name}”; its channels are "
-                    + ", ".join(CONTROLLER_CHANNELS),
-                    ("channel", number, "name"),
-                )
-            wanted = CONTROLLER_CHANNELS[channel.name]
-            demand_channel(channel, *wanted, place=("channel", number))
-        if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
-            raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)}")
+            quantity = quantity_of(channel.name)
+            if quantity is None:
+                raise WrongKeyError(unknown_name(channel.name), ("channel", number, "name"))
+            units = CHANNEL_UNITS[quantity]
+            unit = channel.unit if channel.unit in units else units[0]
+            demand_channel(channel, quantity, unit, place=("channel", number))
+        if missing := missing_channels(names):
+            why = "; ".join(f"{name}: {REQUIRED_CHANNELS[name]}" for name in missing)
+            raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)} ({why})")
+        if problem := hole_in_strokes(names):
+            raise WrongKeyError(problem, "channel")
         if self.watchdog_s < 2 * self.timeout_s:
             raise WrongKeyError(
                 f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "

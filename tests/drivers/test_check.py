@@ -234,7 +234,7 @@ def test_a_stand_that_does_not_open_leaves_nothing_open(wires: Wires) -> None:
 
 
 def test_the_stands_own_tilt_limit_judges_the_draw_wires() -> None:
-    assert difference_row(10.0, 10.9).verdict is Verdict.OK
-    strict = difference_row(10.0, 10.9, 0.5)
+    assert difference_row("stroke_1", "stroke_2", -0.9).verdict is Verdict.OK
+    strict = difference_row("stroke_1", "stroke_2", -0.9, 0.5)
     assert strict.verdict is Verdict.FAULT
     assert strict.remark == "the draw wires disagree; look for tilt, a slack or a snagged wire"

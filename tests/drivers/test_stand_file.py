@@ -10,7 +10,6 @@ from bufferstand.drivers.instruments.wire_address import SerialAddress
 from bufferstand.drivers.register_maps.profile import SHIPPED
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import (
-    CONTROLLER_CHANNELS,
     Endpoints,
     StandFile,
     StandFileLimits,
@@ -57,7 +56,7 @@ def test_the_shipped_stand() -> None:
     stand = load_stand(SAMPLE_STAND)
     assert stand.limits.force_max_kN == 600.0
     assert stand.controller.port == 15020
-    assert {channel.name for channel in stand.controller.channel} == set(CONTROLLER_CHANNELS)
+    assert {channel.name for channel in stand.controller.channel} == set(stand.profile().sampled)
     assert amplifier_port(stand) == SAMPLE_STAND.parent / "wires" / "amplifier"
     assert stand.w1_root() == SAMPLE_STAND.parent / "wires" / "w1" / "devices"
     assert stand.temperature is not None
@@ -140,10 +139,29 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         ('name = "stroke_2"', 'name = "stroke_1"', "channel “stroke_1” is there twice"),
         (
             'name = "stroke_2"',
-            'name = "stroke_3"',
-            "the controller has no channel “stroke_3”; its channels are force,",
+            'name = "stroke_5"',
+            "no channel “stroke_5”; its channels are force, position, command (further ones force_2 …),",
         ),
-        (POSITION, "", "the controller's channels are incomplete; add position"),
+        (
+            'name = "stroke_2"',
+            'name = "stroke_3"',
+            "“stroke_2” is not there, though a later one is; number the draw wires from 1 on",
+        ),
+        (
+            'name = "stroke_2"\nquantity = "stroke"\nunit = "mm"',
+            'name = "pressure_1"\nquantity = "pressure"\nunit = "psi"',
+            "unit = “psi” is not possible for the channel “pressure_1”; write unit = “bar”",
+        ),
+        (
+            'name = "stroke_2"\nquantity = "stroke"\nunit = "mm"',
+            'name = "force_2"\nquantity = "force"\nunit = "kN"',
+            "two channels of the stand have the name “force_2”; give each its own",
+        ),
+        (
+            POSITION,
+            "",
+            "channels are incomplete; add position (position: the following error is counted from it",
+        ),
         ("force_max_kN = 600.0", "force_max_kN = 630000", "limits.force_max_kN: 630000.0 is too large"),
         (
             'unit = "kN"',
@@ -218,13 +236,39 @@ def test_what_cannot_be_is_refused_with_file_and_place(
     assert str(tmp_path / "stand.toml") in str(caught.value)
 
 
-def test_a_profile_with_other_channels_does_not_fit(tmp_path: Path) -> None:
-    text = (SHIPPED / "ring.toml").read_text(encoding="utf-8").replace('"command:i16"', '"valve:i16"')
+@pytest.mark.parametrize(
+    ("sample", "message"),
+    [
+        (
+            '"command:i16", "valve:i16"',
+            "ring.sample: the controller has no channel “valve”; its channels are",
+        ),
+        ('"valve:i16"', "ring.sample must name each of force, stroke_1, position, command exactly once"),
+        ('"command:i16", "command:i16"', "ring.sample must name each of force, stroke_1, position, command"),
+        (
+            '"command:i16", "pressure_1:u16"',
+            "samples pressure_1, which the stand file does not describe; add a [[controller.channel]] of",
+        ),
+    ],
+)
+def test_a_profile_with_other_channels_does_not_fit(tmp_path: Path, sample: str, message: str) -> None:
+    text = (SHIPPED / "ring.toml").read_text(encoding="utf-8").replace('"command:i16"', sample)
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(
-        BadInput, match="the ring must sample exactly force, stroke_1, stroke_2, position, command"
-    ):
+    with pytest.raises(BadInput, match=re.escape(message)):
         load_stand(changed(tmp_path, ('profile = "ring"', 'profile = "mine.toml"')))
+
+
+def test_a_stand_file_with_a_channel_that_its_profile_does_not_sample(tmp_path: Path) -> None:
+    wire, pressure = 'name = "stroke_2"\nquantity = "stroke"', 'name = "speed_1"\nquantity = "speed"'
+    with pytest.raises(BadInput, match="profile “ring” samples stroke_2, which the stand file does not"):
+        load_stand(changed(tmp_path, (f'{wire}\nunit = "mm"', f'{pressure}\nunit = "mm/s"')))
+    more = '\n[[controller.channel]]\nname = "speed_1"\nquantity = "speed"\nunit = "mm/s"\n\n[amplifier]\n'
+    with pytest.raises(
+        BadInput,
+        match=r"does not sample “speed_1”; it samples force, stroke_1, stroke_2, position, command; "
+        r"leave the channel out, or name a profile whose ring\.sample has it, e\.g\. “speed_1:i16”",
+    ):
+        load_stand(changed(tmp_path, ("\n[amplifier]\n", more)))
 
 
 def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:

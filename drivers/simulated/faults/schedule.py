@@ -13,7 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from bufferstand.drivers.register_maps import quantity_of
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.channels import STROKE_CHANNELS
 from bufferstand.foundation.settings import alternatives, shown
 
 Setting = float | str
@@ -59,8 +61,8 @@ FAULTS: Mapping[str, Mapping[str, Mapping[str, Setting]]] = {
 
 ONCE = ("trip", "watchdog", "clock-jump", "overrun", "resync")
 """Faults that happen at an instant; the others last."""
-CHANNELS = ("force", "stroke_1", "stroke_2", "position")
-"""Channels whose transducer can fail."""
+_MEASURED = ("force", *STROKE_CHANNELS, "position")
+"""Channels whose transducer can fail, as messages name them; of further ones those that can, too."""
 FOREVER_S = float("inf")
 
 _NAMES: Mapping[str, Sequence[str]] = {"side": ("low", "high")}
@@ -82,7 +84,8 @@ class ScheduledFault:
     Parameters
     ----------
     target : str
-        ``controller``, ``amplifier``, ``sensor_2``, ``temperature_1`` … or a channel of the controller.
+        ``controller``, ``amplifier``, ``sensor_2``, ``temperature_1`` … or a measured channel of the
+        controller.
     kind : str
         Name of the fault, see :data:`FAULTS`.
     start_s, end_s : float
@@ -245,11 +248,11 @@ def target_class(target: str) -> str:
         return target
     if _INSTRUMENT.match(target):
         return "amplifier"
-    if target in CHANNELS:
-        return "channel"
     if _TARGET.match(target):
         return "temperature"
-    known = ("controller", "amplifier", *CHANNELS, "temperature_1")
+    if quantity_of(target) not in (None, "command"):
+        return "channel"
+    known = ("controller", "amplifier", *_MEASURED, "temperature_1")
     raise BadInput(
         f"there is no “{target}” that could fail{nearest(target, known)}",
         place=f"fault {target}",

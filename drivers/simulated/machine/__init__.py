@@ -25,7 +25,6 @@ if TYPE_CHECKING:
         Spring,
     )
     from bufferstand.drivers.simulated.machine.ring import (
-        COLUMNS,
         SampleRing,
     )
     from bufferstand.drivers.simulated.machine.thermometer import (
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "COLUMNS",
     "CONVERSION_S",
     "RATE_HZ",
     "Command",

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.drivers.instruments import Instrument
+from bufferstand.drivers.simulated.machine.felt_quantities import FELT
+from bufferstand.drivers.simulated.machine.sampled_columns import factor_of, noise_of
 from bufferstand.drivers.simulated.settings import SimulationSettings
 from bufferstand.drivers.simulated.transducers import Converter, Converters, Resampler
 from bufferstand.foundation import BadInput
 
 KEPT_VALUES = 65536
 """Most slices of values that wait for a reader."""
-COLUMNS = {"stroke": 1, "position": 2, "command": 3, "force": 4, "temperature": 5}
-"""By quantity, the column of a slice of the truth that an instrument of it feels."""
 
 Falsify = Callable[[NDArray[np.float64], NDArray[np.float64], Converters], NDArray[np.float64]]
 """What a wrong wiring makes of counts: stand time [s] and counts, shape (n,) each, and the converters."""
@@ -39,7 +39,7 @@ class SimulatedInstrument:
     ----------
     instrument : Instrument
     settings : SimulationSettings
-        Noise of force and stroke.
+        With its noise.
     seed : SeedSequence
         Of that noise.
     falsify : callable, optional
@@ -59,11 +59,11 @@ class SimulatedInstrument:
         falsify: Falsify | None = None,
     ) -> None:
         channel, kind = instrument.channel, instrument.kind
-        if channel.quantity not in COLUMNS:
+        if channel.quantity not in FELT:
             raise BadInput(
                 f"the simulated stand has no {channel.quantity} for channel “{channel.name}”",
                 place=f"{'.'.join(str(one) for one in instrument.place if isinstance(one, str))}.channel",
-                remedy=f"it has {', '.join(COLUMNS)}",
+                remedy=f"it has {', '.join(FELT)}",
             )
         self.stream = instrument.stream
         self.form = kind.form(instrument.settings, instrument.folder)
@@ -72,16 +72,16 @@ class SimulatedInstrument:
         self.frames: deque[InstrumentValues] = deque(maxlen=KEPT_VALUES)
         """What nobody has taken yet."""
         self.quantity = channel.quantity
-        noise = {"force": settings.force_noise_kN, "stroke": settings.stroke_noise_mm}
         form = self.form
         self._resampler = Resampler(form.rate_Hz, channel.delay_s)
-        converter = Converter(channel, form.low, form.high, noise.get(channel.quantity, 0.0), form.whole)
+        converter = Converter(channel, form.low, form.high, noise_of(channel, settings), form.whole)
         self._converters = Converters((converter,), seed)
+        self._factor = factor_of(channel)
         self._falsify = falsify
 
     def measure(self, made_s: NDArray[np.float64], felt: NDArray[np.float64]) -> None:
-        """Take a slice of what it feels, in its channel's unit, at stand times [s], shape (n,) each."""
-        due_s, value = self._resampler.take(made_s, felt)
+        """Take a slice of what it feels, in the unit of its quantity, at stand times [s], shape (n,) each."""
+        due_s, value = self._resampler.take(made_s, felt / self._factor)
         if not due_s.size:
             return
         counts = self._converters.counts(value[:, np.newaxis])[:, 0]
