@@ -192,6 +192,7 @@ class Publisher:
             "rows": rows,
             "extremes": extremes,
             "values": {name: finite(value) for name, value in latest.values.items()},
+            "further": further_channels(acquisition),
             "silent_s": {name: round(now_s - heard_s, 2) for name, heard_s in self._heard_s.items()},
             "samples": latest.samples,
             "lost": latest.lost,
@@ -283,3 +284,13 @@ def publishing(folder: Path, say: Callable[[str], object]) -> Iterator[Publisher
         if bound:
             with suppress(OSError):
                 path.unlink()
+
+
+def further_channels(acquisition: Acquisition) -> list[dict[str, Any]]:
+    """Return name, newest value and unit of the controller's channels that have no place of their own."""
+    latest, facts = acquisition.latest, acquisition.stand.controller.facts
+    return [
+        {"name": one.name, "value": finite(latest.values[one.name]), "unit": one.unit}
+        for one in facts.channels
+        if one.quantity not in ("force", "stroke", "position", "command") and one.name in latest.values
+    ]
