@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 from bufferstand.evaluation.archive.run_queries import FIELDS
@@ -215,6 +216,7 @@ found = {
     "none": said("runs", folder, "--where", "hysteresis > 1e6", "--json", "-"),
     "all": said("runs", folder, "--where", "hysteresis > 0", "--json", "-"),
     "names": QUANTITIES.names,
+    "schema": json.loads(said("schema", "evaluation")),
     "terminal": terminal,
     "symbols": page(),
     "report": headings(build_content(source)),
@@ -269,6 +271,10 @@ def test_a_further_quantity_is_one_file(further: Path) -> None:
         assert lacking
         assert all(cycle["missing"][NAME] == "; ".join(cycle["why"]) for cycle in lacking)
     assert "hysteresis" in {trend["quantity"] for trend in document["trends"]}
+    jsonschema.validate(document, found["schema"])
+    for part in ("CycleEntry", "SummaryEntry"):
+        told = found["schema"]["$defs"][part]["properties"][NAME]
+        assert (told["title"], told["unit"]) == ("Hysteresis", "kN")
     for table in ("cycles.csv", "runs.csv"):
         head = (further / table).read_text(encoding="utf-8").partition("\n")[0].split(",")
         assert {NAME, f"U({NAME})"} <= set(head)
