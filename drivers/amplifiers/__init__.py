@@ -9,11 +9,31 @@ from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
     from bufferstand.drivers.amplifiers.serial import (
+        AmplifierDialect,
+        Complain,
+        Decoder,
+        SerialAmplifier,
+        StreamValue,
         resync_text,
         with_saturation,
     )
+    from bufferstand.drivers.amplifiers.settings import (
+        AmplifierSettings,
+    )
+    from bufferstand.drivers.amplifiers.text_values import (
+        LineDecoder,
+        decimal_counts,
+    )
 
 __all__ = [
+    "AmplifierDialect",
+    "AmplifierSettings",
+    "Complain",
+    "Decoder",
+    "LineDecoder",
+    "SerialAmplifier",
+    "StreamValue",
+    "decimal_counts",
     "resync_text",
     "with_saturation",
 ]

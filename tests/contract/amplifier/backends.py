@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -14,6 +15,7 @@ from bufferstand.drivers.amplifiers.aed.simulated import AedDevice
 from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
 from bufferstand.drivers.amplifiers.gsv2.simulated import FULL_SCALE, Gsv2Device
 from bufferstand.drivers.connect_sensors import build_sensors
+from bufferstand.drivers.instruments.catalogue import Kind, kinds
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.register_maps.amplifier_map import load_amplifier_map
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
@@ -127,6 +129,27 @@ class OverModbus:
         self._server.close()
 
 
+class OfKind:
+    """A kind of another package on its simulated device, as its stand file entry leads to it."""
+
+    def __init__(self, folder: Path, kind: Kind) -> None:
+        text = f'protocol = "{kind.name}"\nport = "wire"\nrate_Hz = 100.0\nrange_kN = 630.0\n'
+        settings = amplifier_settings(folder, text, extra=LIMITS)
+        device = kind.simulated(settings)
+        assert device is not None
+        self._far = FarEnd(folder / "wire", device)
+        self.sensor = build_sensors(load_stand(folder / "stand.toml"), WallClock())[0]
+
+    def give(self, *counts: int) -> None:
+        self._far.give(*counts)
+
+    def saturate(self) -> None:
+        self._far.give(0, overload=True)
+
+    def close(self) -> None:
+        self._far.close()
+
+
 BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "in-process": InProcess,
     "gsv2-5-bytes": lambda folder: OnPty(folder, "gsv2", ""),
@@ -134,4 +157,10 @@ BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "aed-text": lambda folder: OnPty(folder, "aed", "aed = { output = 9 }"),
     "modbus-tcp": lambda folder: OverModbus(folder, line=False),
     "modbus-rtu": lambda folder: OverModbus(folder, line=True),
+}
+OURS = {"gsv2", "aed", "modbus"}
+BACKENDS |= {
+    kind.name: partial(OfKind, kind=kind)
+    for kind in kinds()
+    if kind.table == "amplifier" and kind.name not in OURS
 }
