@@ -287,10 +287,16 @@ def publishing(folder: Path, say: Callable[[str], object]) -> Iterator[Publisher
 
 
 def further_channels(acquisition: Acquisition) -> list[dict[str, Any]]:
-    """Return name, newest value and unit of the controller's channels that have no place of their own."""
-    latest, facts = acquisition.latest, acquisition.stand.controller.facts
+    """Return name, newest value and unit of the stand's channels that have no place of their own."""
+    latest, stand = acquisition.latest, acquisition.stand
+    thermometers = {one.facts.name for one in stand.sensors if one.facts.name == one.facts.channels[0].name}
+    streams = (stand.controller.facts, *(one.facts for one in stand.sensors))
     return [
         {"name": one.name, "value": finite(latest.values[one.name]), "unit": one.unit}
+        for facts in streams
         for one in facts.channels
-        if one.quantity not in ("force", "stroke", "position", "command") and one.name in latest.values
+        if facts.name not in thermometers
+        and one.quantity not in ("stroke", "position", "command")
+        and one.name not in ("force", "force_2")
+        and one.name in latest.values
     ]

@@ -273,9 +273,20 @@ def test_channels_without_a_place_of_their_own_are_named_with_their_unit() -> No
         Channel(name="acceleration_1", quantity="acceleration", unit="m/s²"),
     )
     facts = StreamFacts("controller", "device", channels, 1000.0, "test")
-    latest = SimpleNamespace(values={"force": 10.0, "pressure_1": 3.33333, "acceleration_1": float("nan")})
-    stand = SimpleNamespace(controller=SimpleNamespace(facts=facts))
+    values = {"force": 10.0, "pressure_1": 3.33333, "acceleration_1": float("nan")}
+    latest = SimpleNamespace(values=values | {"force_2": 9.9, "force_3": 9.8, "temperature_1": 20.0})
+    beside = [
+        StreamFacts(stream, "host", (Channel(name=name, quantity=quantity, unit=unit),), 10.0, "test")
+        for stream, name, quantity, unit in (
+            ("amplifier", "force_2", "force", "kN"),
+            ("amplifier_2", "force_3", "force", "kN"),
+            ("temperature_1", "temperature_1", "temperature", "°C"),
+        )
+    ]
+    sensors = [SimpleNamespace(facts=one) for one in beside]
+    stand = SimpleNamespace(controller=SimpleNamespace(facts=facts), sensors=sensors)
     assert further_channels(cast("Acquisition", SimpleNamespace(latest=latest, stand=stand))) == [
         {"name": "pressure_1", "value": 3.3333, "unit": "bar"},
         {"name": "acceleration_1", "value": None, "unit": "m/s²"},
+        {"name": "force_3", "value": 9.8, "unit": "kN"},
     ]
