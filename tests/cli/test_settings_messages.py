@@ -194,9 +194,7 @@ def tables(
 
 def fits(node: Mapping[str, Any], table: Document) -> bool:
     """Return whether a table is of the kind that a schema is about."""
-    tag = next(
-        (tag for tag in ("kind", "do", "protocol") if "const" in node["properties"].get(tag, {})), None
-    )
+    tag = next((tag for tag in TAGS if "const" in node["properties"].get(tag, {})), None)
     return tag is None or node["properties"][tag]["const"] == table[tag]
 
 
