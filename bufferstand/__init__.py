@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         residual_strokes,
         runs,
         settling,
+        signals,
         summaries,
     )
     from bufferstand.foundation import BadInput
@@ -54,6 +55,7 @@ __all__ = [
     "runs",
     "save_model",
     "settling",
+    "signals",
     "simulate",
     "summaries",
     "write_report",

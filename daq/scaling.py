@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.drivers import SampleBlock, StreamFacts
-from bufferstand.foundation.channels import Branch, Zero
+from bufferstand.foundation.channels import STROKE_CHANNELS, Branch, Zero, mean_of_strokes, tilt_of_strokes
 
-STROKE_WIRES = ("stroke_1", "stroke_2")
-"""The two draw wires on the buffer."""
 FORCES = ("force", "force_2")
 """The two ways to the force: the controller's, and an amplifier's of its own."""
 
@@ -31,7 +29,8 @@ class ScaledBlock:
         Time stamps as received [µs], shape (n,).
     values : mapping of str to NDArray[float64]
         Calibrated channels, shape (n,) each; of the controller also ``stroke`` (mean of the draw wires
-        there are, mm), ``tilt`` (stroke_1 − stroke_2, mm) and ``following_error`` (command − position, mm).
+        there are, mm), ``tilt`` (of two draw wires stroke_1 − stroke_2, of more the largest difference of
+        any two, mm) and ``following_error`` (command − position, mm).
     lost : int
         Samples known to be lost before row 0.
     received_s : float
@@ -79,11 +78,11 @@ def scale(
         for channel in facts.channels
         if channel.name in block.counts
     }
-    wires = [values[name] for name in STROKE_WIRES if name in values]
+    wires = [values[name] for name in STROKE_CHANNELS if name in values]
     if wires and "stroke" not in values:
-        values["stroke"] = wires[0] if len(wires) == 1 else 0.5 * (wires[0] + wires[1])
-    if len(wires) == 2:
-        values["tilt"] = wires[0] - wires[1]
+        values["stroke"] = mean_of_strokes(wires)
+    if len(wires) > 1:
+        values["tilt"] = tilt_of_strokes(wires)
     if "command" in values and "position" in values:
         values["following_error"] = values["command"] - values["position"]
     return ScaledBlock(

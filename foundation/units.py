@@ -34,10 +34,20 @@ FACTORS: dict[str, dict[str, tuple[float, float]]] = {
         "K": (1.0, -273.15),
         "°F": (5.0 / 9.0, -160.0 / 9.0),
     },
+    "pressure": {"bar": (1.0, 0.0), "MPa": (10.0, 0.0), "kPa": (0.01, 0.0), "Pa": (1e-5, 0.0)},
+    "acceleration": {"m/s²": (1.0, 0.0)},
 }
 """Factor and offset to the inside unit, by quantity and unit name."""
 
-INSIDE_UNIT = {"time": "s", "stroke": "mm", "speed": "mm/s", "force": "kN", "temperature": "°C"}
+INSIDE_UNIT = {
+    "time": "s",
+    "stroke": "mm",
+    "speed": "mm/s",
+    "force": "kN",
+    "temperature": "°C",
+    "pressure": "bar",
+    "acceleration": "m/s²",
+}
 """The unit in which each quantity is kept inside."""
 
 

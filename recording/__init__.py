@@ -6,6 +6,7 @@ from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
     from bufferstand.recording.content import (
+        MAIN_STREAM,
         Anchor,
         Event,
     )
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "MAIN_STREAM",
     "Anchor",
     "Event",
     "RunRecorder",

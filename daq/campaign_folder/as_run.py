@@ -282,7 +282,7 @@ def observed_run(path: Path, ambient: Collection[str]) -> Observation | None:
 
 
 def _is_temperature(run: Run, name: str) -> bool:
-    return any(channel.quantity == "temperature" for channel in run.streams[name].channels.values())
+    return all(channel.quantity == "temperature" for channel in run.streams[name].channels.values())
 
 
 def _first_and_last(run: Run, name: str) -> tuple[float, float] | None:

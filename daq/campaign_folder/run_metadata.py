@@ -12,6 +12,7 @@ from bufferstand.daq.campaign_folder.stand_origin import StandOrigin
 from bufferstand.daq.guards import GuardSet
 from bufferstand.daq.scaling import zeroed
 from bufferstand.drivers import Identity, Stand, StreamFacts
+from bufferstand.drivers.instruments import stream_name
 from bufferstand.foundation.channels import Zero
 from bufferstand.protocols.planning import Plan, limits_of
 from bufferstand.protocols.steps import PlannedStep
@@ -67,9 +68,11 @@ class CampaignMetadata:
     """Every edit of the campaign's files that was taken so far, with its diff, for the runs."""
 
     def ambient(self) -> frozenset[str]:
-        """Return the temperature streams that do not touch the specimen."""
+        """Return the streams that may be temperatures and do not touch the specimen."""
         sensors = (self.stand.get("temperature") or {}).get("sensor") or ()
-        return frozenset(sensor["name"] for sensor in sensors if sensor.get("role") == "ambient")
+        ambient = {sensor["name"] for sensor in sensors if sensor.get("role") == "ambient"}
+        others = self.stand.get("sensor") or ()
+        return frozenset(ambient | {stream_name("sensor", number) for number in range(len(others))})
 
 
 def stream_document(facts: StreamFacts) -> dict[str, Any]:

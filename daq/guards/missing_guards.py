@@ -66,7 +66,7 @@ def unguarded(plan: Plan, stand_file: StandFile, predictor: Predictor | None = N
 
 def unguarded_at(speed: float, stand_file: StandFile) -> tuple[str, ...]:
     """Return what is not guarded besides on a simulated stand that is so many times as fast as the wall."""
-    if stand_file.amplifier is None or speed <= DELAYS_TO_SPEED:
+    if not stand_file.amplifier or speed <= DELAYS_TO_SPEED:
         return ()
     text = (
         f"a delay of force or force_2, and which of them jumps in motion: at {speed:g} times real time the "
@@ -215,9 +215,10 @@ def _heat(stand_file: StandFile, plan: Plan) -> Iterator[str]:
 
 
 def _force_and_stroke(stand_file: StandFile, plan: Plan) -> Iterator[str]:
-    if stand_file.amplifier is None:
+    names = [channel.name for channel in stand_file.controller.channel]
+    if not stand_file.amplifier and "force_2" not in names:
         yield "no second force: a load cell or scale that is wrong is not seen by another"
-    if one_wire(stand_file.profile()):
+    if "stroke_2" not in names or one_wire(stand_file.profile()):
         yield "one draw wire: tilt is not watched"
     if plan.specimen.max_stroke_mm is None and plan.campaign.limits.stroke_max_mm is None:
         yield (

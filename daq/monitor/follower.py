@@ -205,6 +205,7 @@ class Follower:
                 "speed": self._speed(),
                 "force_2_kN": values.get("force_2"),
                 "tilt_mm": values.get("tilt"),
+                "further": packet.get("further", []),
                 "at_s": packet.get("at_s"),
                 "recording": packet.get("recording", False),
                 "trip": packet.get("trip"),

@@ -192,6 +192,7 @@ class Publisher:
             "rows": rows,
             "extremes": extremes,
             "values": {name: finite(value) for name, value in latest.values.items()},
+            "further": further_channels(acquisition),
             "silent_s": {name: round(now_s - heard_s, 2) for name, heard_s in self._heard_s.items()},
             "samples": latest.samples,
             "lost": latest.lost,
@@ -283,3 +284,19 @@ def publishing(folder: Path, say: Callable[[str], object]) -> Iterator[Publisher
         if bound:
             with suppress(OSError):
                 path.unlink()
+
+
+def further_channels(acquisition: Acquisition) -> list[dict[str, Any]]:
+    """Return name, newest value and unit of the stand's channels that have no place of their own."""
+    latest, stand = acquisition.latest, acquisition.stand
+    thermometers = {one.facts.name for one in stand.sensors if one.facts.name == one.facts.channels[0].name}
+    streams = (stand.controller.facts, *(one.facts for one in stand.sensors))
+    return [
+        {"name": one.name, "value": finite(latest.values[one.name]), "unit": one.unit}
+        for facts in streams
+        for one in facts.channels
+        if facts.name not in thermometers
+        and one.quantity not in ("stroke", "position", "command")
+        and one.name not in ("force", "force_2")
+        and one.name in latest.values
+    ]

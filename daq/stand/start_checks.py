@@ -10,8 +10,8 @@ from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.guards.kinds import TemperatureGuard
 from bufferstand.daq.guards.wiring import SignalDoubt, channel_setting
 from bufferstand.daq.guards.wiring.forces import doubt_at_rest
-from bufferstand.daq.scaling import FORCES, STROKE_WIRES
-from bufferstand.foundation.channels import Zero
+from bufferstand.daq.scaling import FORCES
+from bufferstand.foundation.channels import STROKE_CHANNELS, Zero, farthest_strokes
 from bufferstand.foundation.specimen import Specimen
 from bufferstand.protocols.campaign_file import ZeroTable
 from bufferstand.protocols.steps import PlannedStep
@@ -30,7 +30,7 @@ SEALING_FACTOR = 1.5
 """Room for the plan's samples, and for the largest run twice."""
 
 
-LOOKED_AT = (*FORCES, "position", *STROKE_WIRES)
+LOOKED_AT = (*FORCES, "position", *STROKE_CHANNELS)
 """Channels whose mean at rest is looked at."""
 ALIKE_MM = 2.0
 """Wires that are off by as much as each other, or as the piston, to within this are so for one reason."""
@@ -178,23 +178,35 @@ def wires_doubt(rest: Mapping[str, float], zero: Zero | None, table: ZeroTable) 
         return None
     names, setting = ", ".join(far), channel_setting(", ".join(far), "calibration")
     text, value = stroke_trouble(rest, zero, table, touched=True), max(far.values(), key=abs)
-    if len(far) == 2 and max(far.values()) - min(far.values()) < ALIKE_MM and "position" in rest:
+    if (
+        len(far) == _wires_among(rest) > 1
+        and max(far.values()) - min(far.values()) < ALIKE_MM
+        and "position" in rest
+    ):
         setting += f", or {channel_setting('position', 'calibration')}"
         own_mm = rest["position"]
-        text += f"; both wires are off alike, and the piston reads {own_mm:+.2f} mm" + (
-            ": it stands out there, or its own zero is off, too" if abs(own_mm - value) < ALIKE_MM else ""
+        text += (
+            f"; {'both' if len(far) == 2 else 'all'} wires are off alike, and the piston reads "
+            f"{own_mm:+.2f} mm"
+            + (": it stands out there, or its own zero is off, too" if abs(own_mm - value) < ALIKE_MM else "")
         )
     return SignalDoubt("zero", names, "controller", setting, text, value, table.stroke_max_mm, "mm")
 
 
+def _wires_among(rest: Mapping[str, float]) -> int:
+    return sum(name in rest for name in STROKE_CHANNELS)
+
+
 def _beyond(rest: Mapping[str, float], zero: Zero | None, most_mm: float) -> dict[str, float]:
     """Return the draw wires that read more than so much at rest, or no number, and what they read [mm]."""
-    reads = {name: rest.get(name, 0.0) - (0.0 if zero is None else zero.value(name)) for name in STROKE_WIRES}
+    reads = {
+        name: rest.get(name, 0.0) - (0.0 if zero is None else zero.value(name)) for name in STROKE_CHANNELS
+    }
     return {name: value for name, value in reads.items() if not abs(value) <= most_mm}  # true for NaN, too
 
 
 def apart_trouble(rest: Mapping[str, float], most_mm: float) -> str:
-    """Return why the two draw wires differ too much at rest for first contact to be touched off, else empty.
+    """Return why draw wires differ too much at rest for first contact to be touched off, else empty.
 
     They hang on the specimen: what they differ by at rest they differ by at first contact.
 
@@ -205,13 +217,12 @@ def apart_trouble(rest: Mapping[str, float], most_mm: float) -> str:
     most_mm : float
         The limit at first contact [mm].
     """
-    if any(name not in rest for name in STROKE_WIRES):
+    farthest = farthest_strokes(rest)
+    if farthest is None or abs(farthest[2]) <= most_mm:
         return ""
-    apart_mm = rest["stroke_1"] - rest["stroke_2"]
-    if abs(apart_mm) <= most_mm:
-        return ""
+    one, two, apart_mm = farthest
     return (
-        f"at rest the draw wires differ by {apart_mm:+.2f} mm (stroke_1 − stroke_2), more than "
+        f"at rest the draw wires differ by {apart_mm:+.2f} mm ({one} − {two}), more than "
         f"{most_mm:g} mm ([zero] wires_apart_max_mm, else the tilt in force): align the specimen, or hook "
         "the wires in anew"
     )

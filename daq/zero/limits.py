@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bufferstand.daq.guards.wiring.forces import apart_at_rest
-from bufferstand.daq.scaling import STROKE_WIRES
-from bufferstand.foundation.channels import Zero
+from bufferstand.foundation.channels import STROKE_CHANNELS, Zero, farthest_strokes
 from bufferstand.protocols.campaign_file import ZeroTable
 
 BEYOND_MM = 5.0
@@ -57,7 +56,7 @@ class ZeroLimits:
     force_kN : float
         At rest.
     apart_mm : float
-        Difference of the two draw wires at first contact.
+        Difference of any two draw wires at first contact.
     release_speed_mm_per_s : float
         Of the release before the touch.
     names : LimitNames
@@ -73,7 +72,7 @@ class ZeroLimits:
 def zero_refusal(zero: Zero, table: ZeroTable, limits: ZeroLimits) -> str:
     """Return why a zero is too far off to be one, empty if it is not."""
     names = limits.names
-    for name in STROKE_WIRES:
+    for name in STROKE_CHANNELS:
         value = zero.value(name)
         if not abs(value) <= table.stroke_max_mm:  # true for NaN, too
             most = _most(names.stroke, table.stroke_max_mm, "mm")
@@ -107,13 +106,12 @@ def forces_apart(zero: Zero) -> str:
 
 
 def wires_apart(zero: Zero, most_mm: float) -> str:
-    """Return by how much the two draw wires differ at the zero, empty if by no more than ``most_mm``."""
-    if any(zero.of(name) is None for name in STROKE_WIRES):
+    """Return by how much two draw wires differ at the zero, empty if by no more than ``most_mm``."""
+    farthest = farthest_strokes({one.name: one.value for one in zero.channel})
+    if farthest is None or abs(farthest[2]) <= most_mm:
         return ""
-    apart_mm = zero.value("stroke_1") - zero.value("stroke_2")
-    if abs(apart_mm) <= most_mm:
-        return ""
-    return f"{_where(zero)} the draw wires differ by {apart_mm:+.2f} mm (stroke_1 − stroke_2)"
+    one, two, apart_mm = farthest
+    return f"{_where(zero)} the draw wires differ by {apart_mm:+.2f} mm ({one} − {two})"
 
 
 def _where(zero: Zero) -> str:

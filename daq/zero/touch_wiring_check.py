@@ -23,8 +23,9 @@ from bufferstand.daq.guards.wiring import (
 from bufferstand.daq.motions import Halt
 from bufferstand.daq.scaling import FORCES
 from bufferstand.drivers import EndReason
+from bufferstand.foundation.channels import STROKE_CHANNELS
 
-SIGNALS = ("command", "position", "stroke_1", "stroke_2", "force")
+SIGNALS = ("command", "position", *STROKE_CHANNELS, "force")
 EXPLAINED = (*FORCES, "zero", "tilt", "stroke", "speed", "following error")
 """Guards whose trips in a touch may be for a wrong wire; those of wiring may have a better reason."""
 
@@ -120,7 +121,9 @@ class TouchWiringCheck:
                 values[name] = value if not late_s else np.interp(time_s - late_s, time_s, value)
         controller = self._acquisition.panel.guard(ControllerGuard)
         own_clock = controller is not None and controller.own_clock
-        second_s = samples.other_time_s("force_2", device_clock=own_clock)
+        second_s = time_s  # where the controller samples it, too
+        if "force_2" not in samples.names:
+            second_s = samples.other_time_s("force_2", device_clock=own_clock)
         second_s = second_s + force_late_s - guard.delays_s.get("force_2", 0.0)
         status = self._acquisition.latest.status
         return TouchOutcome(

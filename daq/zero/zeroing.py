@@ -20,14 +20,14 @@ from bufferstand.daq.acquisition import Acquisition, CollectedSamples
 from bufferstand.daq.guards import Action, GuardSet, Phase, Trip
 from bufferstand.daq.guards.kinds import ChannelGuard
 from bufferstand.daq.motions import Halt, MotionRunner
-from bufferstand.daq.scaling import FORCES, STROKE_WIRES
+from bufferstand.daq.scaling import FORCES
 from bufferstand.daq.zero.first_contact import NoContactError, TouchContact, TouchSamples, find_contact
 from bufferstand.daq.zero.limits import ZeroLimits, wires_apart, zero_refusal
 from bufferstand.daq.zero.touch_force import SLOW_SHARE
 from bufferstand.daq.zero.touch_wiring_check import TouchWiringCheck
 from bufferstand.drivers import EndReason
 from bufferstand.foundation import Harmonic, RampTo, Release, StaticCycles, duration_text
-from bufferstand.foundation.channels import Channel, ChannelZero, Touch, Zero
+from bufferstand.foundation.channels import STROKE_CHANNELS, Channel, ChannelZero, Touch, Zero
 from bufferstand.protocols.campaign_file import TOUCH_FORCE_MAX_KN, ZeroTable
 from bufferstand.protocols.steps import ForceCycles, Motion, RampToForce, TouchOff
 
@@ -466,12 +466,12 @@ def step_of(channel: Channel) -> float:
 
 
 def _touch_samples(samples: CollectedSamples, channels: dict[str, Channel]) -> TouchSamples:
-    names = [name for name in ("force", "position", *STROKE_WIRES) if name in channels]
+    names = [name for name in ("force", "position", *STROKE_CHANNELS) if name in channels]
     return TouchSamples(
         samples.time_s(),
         samples.column("force"),
         samples.column("position"),
-        {name: samples.column(name) for name in STROKE_WIRES if name in channels},
+        {name: samples.column(name) for name in STROKE_CHANNELS if name in channels},
         {name: channels[name].delay_s for name in names},
         {name: step_of(channels[name]) for name in names},
     )

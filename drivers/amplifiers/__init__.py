@@ -1,6 +1,6 @@
 """Measuring amplifiers.
 
-One driver for each protocol, with the time stamps and text values that they share.
+A folder for each kind, beside the time stamps and text values that they share.
 """
 
 from typing import TYPE_CHECKING
@@ -8,16 +8,32 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.drivers.amplifiers.modbus import (
-        ModbusAmplifier,
-    )
     from bufferstand.drivers.amplifiers.serial import (
+        AmplifierDialect,
+        Complain,
+        Decoder,
+        SerialAmplifier,
+        StreamValue,
         resync_text,
         with_saturation,
     )
+    from bufferstand.drivers.amplifiers.settings import (
+        AmplifierSettings,
+    )
+    from bufferstand.drivers.amplifiers.text_values import (
+        LineDecoder,
+        decimal_counts,
+    )
 
 __all__ = [
-    "ModbusAmplifier",
+    "AmplifierDialect",
+    "AmplifierSettings",
+    "Complain",
+    "Decoder",
+    "LineDecoder",
+    "SerialAmplifier",
+    "StreamValue",
+    "decimal_counts",
     "resync_text",
     "with_saturation",
 ]

@@ -12,14 +12,15 @@ import numpy as np
 import serial
 
 from bufferstand.drivers.amplifiers.host_stamps import HostStamps, RateWatch
+from bufferstand.drivers.instruments import SerialSettings
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.mailbox import Mailbox
 from bufferstand.drivers.serial_line import QUIET_S, READ_S, SerialLine, cannot_be_opened, parity_of
-from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import Channel, Plausibility, PlausibilityWatch
 
 STREAM = "amplifier"
+"""What the samples of the only amplifier are called."""
 
 SILENCE_S = 1.0
 """Wall time without a value after which the amplifier counts as silent [s]."""
@@ -121,7 +122,7 @@ class SerialAmplifier:
     ----------
     port : Path
         Serial device.
-    settings : AmplifierSettings
+    settings : SerialSettings
         Baud rate, data rate, channel.
     clock : Clock
         Stand time for the stamps, wall time for the judgement of silence.
@@ -131,6 +132,8 @@ class SerialAmplifier:
         What the run file calls it.
     even_parity : bool
         Whether the line has an even parity bit.
+    stream : str
+        What its samples are called; messages call it so, too.
     """
 
     facts: StreamFacts
@@ -138,15 +141,17 @@ class SerialAmplifier:
     def __init__(
         self,
         port: Path,
-        settings: AmplifierSettings,
+        settings: SerialSettings,
         clock: Clock,
         dialect: AmplifierDialect,
         device: str,
         *,
         even_parity: bool = False,
+        stream: str = STREAM,
     ) -> None:
-        self.facts = StreamFacts(STREAM, "host", (settings.channel,), settings.rate_Hz, device)
+        self.facts = StreamFacts(stream, "host", (settings.channel,), settings.rate_Hz, device)
         self._path = port
+        self._name = f"{stream} at {port}"
         self._baud = settings.baud
         self._even_parity = even_parity
         self._rate_Hz = settings.rate_Hz
@@ -195,17 +200,17 @@ class SerialAmplifier:
         except serial.SerialTimeoutException:
             self._let_go()
             raise DeviceFault(
-                f"amplifier at {self._path}: its line took nothing for {QUIET_S:g} s, twice; look at plug, "
+                f"{self._name}: its line took nothing for {QUIET_S:g} s, twice; look at plug, "
                 "adapter and handshake, and whether this computer is overloaded"
             ) from None
         except (OSError, serial.SerialException) as error:
             self._let_go()
-            raise DeviceFault(cannot_be_opened(f"amplifier at {self._path}", _reason(error))) from None
+            raise DeviceFault(cannot_be_opened(self._name, _reason(error))) from None
         except DeviceFault:
             self._let_go()
             raise
         self._stop.clear()
-        self._thread = threading.Thread(target=self._run, name="amplifier", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=self.facts.name, daemon=True)
         self._thread.start()
 
     def drain(self) -> Sequence[SampleBlock | SensorFault]:
@@ -223,7 +228,7 @@ class SerialAmplifier:
             If the port is not open.
         """
         if self._line is None:
-            raise DeviceFault(f"amplifier at {self._path}: zero was not set, its port is not open")
+            raise DeviceFault(f"{self._name}: zero was not set, its port is not open")
         self._zero_wanted.set()
 
     def close(self) -> None:
@@ -253,7 +258,7 @@ class SerialAmplifier:
             write_timeout=QUIET_S,
             exclusive=True,
         )
-        self._line = line = SerialLine(port, self._clock, f"amplifier at {self._path}")
+        self._line = line = SerialLine(port, self._clock, self._name)
         self._decoder = self._dialect.begin(line, self._fault)
         self._begin_anew()
         return line
@@ -292,7 +297,7 @@ class SerialAmplifier:
         try:
             decoder = self._dialect.zero(line)
         except DeviceFault as refusal:
-            self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), str(refusal)))
+            self._mailbox.put(SensorFault(self.facts.name, self._clock.now_s(), str(refusal)))
             decoder = self._dialect.restart(line)
         if decoder is not None:
             self._decoder = decoder
@@ -355,7 +360,7 @@ class SerialAmplifier:
         self._sequence += lost
         name = self.facts.channels[0].name
         columns = {name: np.array(counts, dtype=np.int32)}
-        block = SampleBlock(STREAM, self._sequence, time_us, columns, lost, received_s)
+        block = SampleBlock(self.facts.name, self._sequence, time_us, columns, lost, received_s)
         self._sequence += len(counts)
         return block
 
@@ -388,8 +393,8 @@ class SerialAmplifier:
             self._fault(f"silent for {silent_s:.1f} s; look at cable, power and port")
 
     def _fault(self, what: str) -> None:
-        text = f"amplifier at {self._path}: {what}"
-        self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), text))
+        text = f"{self._name}: {what}"
+        self._mailbox.put(SensorFault(self.facts.name, self._clock.now_s(), text))
 
 
 def resync_text(times: int) -> str:

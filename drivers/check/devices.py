@@ -30,7 +30,7 @@ from bufferstand.drivers.interfaces import Controller, MotionState, SampleBlock,
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.drivers.thermometers import roms_on_bus
 from bufferstand.foundation import Clock, DeviceFault
-from bufferstand.foundation.channels import Channel, PlausibilityWatch
+from bufferstand.foundation.channels import Channel, PlausibilityWatch, farthest_strokes
 
 ROUND_TRIPS = 50
 """Status reads whose duration is measured."""
@@ -165,7 +165,8 @@ def _controller_rows(
             "controller", channel, values[channel.name], stand_file, age_s=age_s, stale_after_s=STALE_S
         )
         yield _implausible(row, channel, newest)
-    yield difference_row(values["stroke_1"], values["stroke_2"], stand_file.stand.tilt_max_mm)
+    if farthest := farthest_strokes(values):
+        yield difference_row(*farthest, stand_file.stand.tilt_max_mm)
 
 
 def _outage_row(stand_file: StandFile) -> CheckRow:

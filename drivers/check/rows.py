@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import date, timedelta
@@ -14,7 +15,7 @@ from bufferstand.foundation.channels import Channel
 CALIBRATION_SOON = timedelta(days=30)
 """A calibration that ends within this time gets a note."""
 STROKE_DIFFERENCE_MM = 2.0
-"""Largest believable difference of the two draw wires [mm]; more is tilt, or a slack or snagged wire."""
+"""Largest believable difference of two draw wires [mm]; more is tilt, or a slack or snagged wire."""
 FORCE_DIFFERENCE_SHARE = 0.02
 """Largest believable difference of two amplifiers on one transducer, as a share of the force limit."""
 STROKE_SLACK_MM = 60.0
@@ -73,10 +74,12 @@ def value_row(
         Age of the reading, and the age from which it counts as stale [s].
     """
     limits = stand_file.limits
+    travel_mm = (-STROKE_SLACK_MM, limits.stroke_max_mm)
     low, high = {
         "force": (-0.1 * limits.force_max_kN, limits.force_max_kN),
         "temperature": TEMPERATURE_RANGE_C,
-    }.get(channel.quantity, (-STROKE_SLACK_MM, limits.stroke_max_mm))
+        **dict.fromkeys(("stroke", "position", "command"), travel_mm),
+    }.get(channel.quantity, (-math.inf, math.inf))  # of any other no range is known
     text = f"{value:.2f} {channel.unit}" + (f" ({channel.place})" if channel.place else "")
     verdict, remark = Verdict.OK, ""
     if not low <= value <= high:
@@ -84,7 +87,8 @@ def value_row(
         remark = f"outside {low:g} … {high:g} {channel.unit}; look at transducer, cable and coefficients"
     elif age_s > stale_after_s:
         verdict, remark = Verdict.FAULT, f"stale: {age_s:.1f} s old; look at the device and its wire"
-    figures = {f"value_{channel.unit.removeprefix('°')}": value, "age_s": age_s}
+    unit = channel.unit.removeprefix("°").replace("/", "_per_").replace("²", "2")
+    figures = {f"value_{unit}": value, "age_s": age_s}
     return CheckRow(device, channel.name, text, verdict, remark, age_s, figures)
 
 
@@ -115,24 +119,26 @@ def rate_row(
     return CheckRow(device, item, text, figures=figures)
 
 
-def difference_row(stroke_1_mm: float, stroke_2_mm: float, most_mm: float | None = None) -> CheckRow:
-    """Return how far the two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
-    apart_mm = abs(stroke_1_mm - stroke_2_mm)
+def difference_row(one: str, two: str, difference_mm: float, most_mm: float | None = None) -> CheckRow:
+    """Return how far two draw wires are apart, judged by the stand's own limit if it states one [mm]."""
+    apart_mm = abs(difference_mm)
     if apart_mm <= (STROKE_DIFFERENCE_MM if most_mm is None else most_mm):
-        return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm")
+        return CheckRow("controller", f"{one} − {two}", f"{apart_mm:.2f} mm")
     remark = "the draw wires disagree; look for tilt, a slack or a snagged wire"
-    return CheckRow("controller", "stroke_1 − stroke_2", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)
+    return CheckRow("controller", f"{one} − {two}", f"{apart_mm:.2f} mm", Verdict.FAULT, remark)
 
 
 def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[CheckRow]:
-    """Yield how far the two amplifiers of the one force transducer are apart, where both answered."""
-    if stand_file.amplifier is None or {"force", second := stand_file.amplifier.channel.name} - set(forces):
-        return
-    apart_kN = abs(forces["force"] - forces[second])
-    far = apart_kN > FORCE_DIFFERENCE_SHARE * stand_file.limits.force_max_kN
-    remark = "the two amplifiers disagree; look at zero, range and calibration of both" if far else ""
-    verdict = Verdict.FAULT if far else Verdict.OK
-    yield CheckRow("amplifier", f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
+    """Yield how far each further way to the force is from the controller's, where both answered."""
+    for one in stand_file.instruments:
+        second = one.channel.name
+        if one.channel.quantity != "force" or {"force", second} - set(forces):
+            continue
+        apart_kN = abs(forces["force"] - forces[second])
+        far = apart_kN > FORCE_DIFFERENCE_SHARE * stand_file.limits.force_max_kN
+        remark = "the two amplifiers disagree; look at zero, range and calibration of both" if far else ""
+        verdict = Verdict.FAULT if far else Verdict.OK
+        yield CheckRow(one.stream, f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
 
 
 def bus_rows(stand_file: StandFile, roms: Iterable[str]) -> Iterator[CheckRow]:
@@ -195,8 +201,8 @@ def channels_of(stand_file: StandFile) -> Iterator[tuple[str, Channel]]:
     """Yield every channel of a stand with its device."""
     for channel in stand_file.controller.channel:
         yield "controller", channel
-    if stand_file.amplifier is not None:
-        yield "amplifier", stand_file.amplifier.channel
+    for one in stand_file.instruments:
+        yield one.stream, one.channel
     if stand_file.temperature is not None:
         for sensor in stand_file.temperature.sensor:
             yield sensor.name, sensor.channel()

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.drivers.register_maps.coding import (
         DTYPES,
+        WHOLE_RANGES,
         Layout,
         RegisterType,
         crc_of,
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
         OPTIONAL_REGISTERS,
         POLLED_REGISTERS,
         RING_REGISTERS,
-        SAMPLED,
         SHIPPED,
         SIMULATED,
         SIMULATED_SIGN,
@@ -44,6 +44,13 @@ if TYPE_CHECKING:
         ProfileRegister,
         Ring,
         load_profile,
+    )
+    from bufferstand.drivers.register_maps.sampled_channels import (
+        REQUIRED_CHANNELS,
+        hole_in_strokes,
+        missing_channels,
+        quantity_of,
+        unknown_name,
     )
 
 __all__ = [
@@ -56,13 +63,14 @@ __all__ = [
     "MAX_READ",
     "OPTIONAL_REGISTERS",
     "POLLED_REGISTERS",
+    "REQUIRED_CHANNELS",
     "RING_REGISTERS",
-    "SAMPLED",
     "SHIPPED",
     "SIMULATED",
     "SIMULATED_SIGN",
     "STATUS",
     "WATCHDOG_LEFT",
+    "WHOLE_RANGES",
     "AmplifierMap",
     "AmplifierRegister",
     "Layout",
@@ -74,10 +82,14 @@ __all__ = [
     "crc_of",
     "decode_value",
     "encode_value",
+    "hole_in_strokes",
     "load_amplifier_map",
     "load_profile",
+    "missing_channels",
     "pack",
+    "quantity_of",
     "status_texts",
+    "unknown_name",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

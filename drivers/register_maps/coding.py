@@ -22,6 +22,13 @@ WORDS: Mapping[str, int] = {"u16": 1, "i16": 1, "u32": 2, "i32": 2, "f32": 2}
 _CODES: Mapping[str, str] = {"u16": ">H", "i16": ">h", "u32": ">I", "i32": ">i", "f32": ">f"}
 DTYPES: Mapping[str, str] = {"u16": "u2", "i16": "i2", "u32": "u4", "i32": "i4", "f32": "f4"}
 """Array type of each register type."""
+WHOLE_RANGES: Mapping[str, tuple[float, float]] = {
+    "u16": (0.0, 65535.0),
+    "i16": (-32768.0, 32767.0),
+    "u32": (0.0, 2.0**32 - 1.0),
+    "i32": (-(2.0**31), 2.0**31 - 1.0),
+}
+"""Counts that a register can hold; a float holds any."""
 
 
 def encode_value(value: float, kind: str, word_order: str = "big") -> list[int]:

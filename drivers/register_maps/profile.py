@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -30,6 +30,13 @@ from bufferstand.drivers.register_maps.coding import (
     encode_value,
     from_wire,
     to_wire,
+)
+from bufferstand.drivers.register_maps.sampled_channels import (
+    REQUIRED_CHANNELS,
+    hole_in_strokes,
+    missing_channels,
+    quantity_of,
+    unknown_name,
 )
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import content_hash
@@ -58,9 +65,6 @@ LIMITS = ("force_limit", "stroke_limit")
 """Limits of the device, written in one transaction."""
 CONTROL = ("execute", "control_word", "watchdog_feed", "watchdog_time")
 """Registers written one by one."""
-SAMPLED = ("force", "stroke_1", "stroke_2", "position", "command")
-"""Channels of a controller."""
-
 WATCHDOG_LEFT = "watchdog_remaining"
 _OPTIONAL = frozenset((WATCHDOG_LEFT, "request_echo", "status_check"))
 
@@ -79,9 +83,10 @@ RING_REGISTERS: Mapping[str, str] = {
 
 POLLED_REGISTERS: Mapping[str, str] = {
     **COMMON_REGISTERS,
-    **{f"raw_{name}": "r" for name in SAMPLED},
+    **{f"raw_{name}": "r" for name in REQUIRED_CHANNELS},
 }
-"""Registers that a controller without a ring must have: ``raw_…`` are the counts of each channel."""
+"""Registers that a controller without a ring must have: ``raw_…`` are the counts of each channel. One that
+samples further channels has such a register of each."""
 
 SIMULATED = "simulated"
 """Register by which a simulated controller says that it is one."""
@@ -188,6 +193,7 @@ class Ring(Settings):
             raise WrongKeyError("“asked” must be u32", "header")
         if ("tick", "u32") not in self.sample:
             raise WrongKeyError("a sample of the ring lacks “tick:u32”", "sample")
+        _demand_channels([name for name, _ in self.sample if name != "tick"], "ring.sample", "sample")
         if self.samples_per_block < 1:
             raise WrongKeyError(f"not one sample fits in {self.registers} registers", "sample", "registers")
         return self
@@ -222,9 +228,21 @@ class Poll(Settings):
     @model_validator(mode="after")
     def _each_once(self) -> Poll:
         names = [name for read in self.reads for name in read]
-        if sorted(names) != sorted(SAMPLED):
-            raise WrongKeyError(f"poll.reads must name each of {', '.join(SAMPLED)} exactly once", "reads")
+        _demand_channels(names, "poll.reads", "reads")
         return self
+
+
+def _demand_channels(names: Sequence[str], where: str, key: str) -> None:
+    """See that what is sampled are channels of a controller, each once, and those that must be there."""
+    twice = [name for number, name in enumerate(names) if name in names[:number]]
+    if twice or missing_channels(names):
+        listed = ", ".join(REQUIRED_CHANNELS)
+        raise WrongKeyError(f"{where} must name each of {listed} exactly once, others at most once", key)
+    for name in names:
+        if quantity_of(name) is None:
+            raise WrongKeyError(unknown_name(name), key)
+    if problem := hole_in_strokes(names):
+        raise WrongKeyError(problem, key)
 
 
 class WireFacts(Settings):
@@ -284,7 +302,10 @@ class ProfileFile(Settings):
     @model_validator(mode="after")
     def _complete(self) -> ProfileFile:
         by_name = {register.name: register for register in self.register_}
-        for name, access in (RING_REGISTERS if self.ring is not None else POLLED_REGISTERS).items():
+        needed = dict(RING_REGISTERS if self.poll is None else POLLED_REGISTERS)
+        polled = [] if self.poll is None else [name for read in self.poll.reads for name in read]
+        needed |= {f"raw_{name}": "r" for name in polled}
+        for name, access in needed.items():
             if name not in by_name:
                 raise WrongKeyError(f"register “{name}” is missing", "register")
             if access == "rw" and by_name[name].access != "rw":
@@ -296,7 +317,7 @@ class ProfileFile(Settings):
             raise WrongKeyError("“request_number” and “request_echo” need each other", "register")
         blocks = [IDENTITY, STATUS, COMMAND, LIMITS]
         if self.poll is not None:
-            for name in SAMPLED:
+            for name in polled:
                 if by_name[f"raw_{name}"].scale != 1.0:
                     raise WrongKeyError(
                         f"“raw_{name}” can have no scale: the channel's calibration has it", "register"
@@ -359,6 +380,14 @@ class Profile:
         if self.window is None:
             raise ValueError(f"profile “{self.facts.id}” has no sample ring")
         return self.window
+
+    @cached_property
+    def sampled(self) -> Mapping[str, RegisterType]:
+        """The channels that are sampled, in their order, and the type of each one's counts."""
+        if self.window is not None:
+            return {name: kind for name, kind in self.window.sample if name != "tick"}
+        names = [] if self.poll is None else [name for read in self.poll.reads for name in read]
+        return {name: self.find(f"raw_{name}").type for name in names}
 
     @property
     def word_order(self) -> str:

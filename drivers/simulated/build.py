@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bufferstand.drivers.simulated.faults import CHANNELS, ScheduledFault, nearest
+from bufferstand.drivers.simulated.faults import ScheduledFault, nearest
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
 from bufferstand.drivers.stand_file import StandFile
@@ -22,15 +22,16 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
     BadInput
         If it has none of that name.
     """
-    have = ["controller", *CHANNELS]
-    if stand_file.amplifier is not None:
-        have.append("amplifier")
+    channels = stand_file.controller.channel
+    have = ["controller", *(channel.name for channel in channels if channel.quantity != "command")]
+    have += [one.stream for one in stand_file.instruments]
     if stand_file.temperature is not None:
         have += [sensor.name for sensor in stand_file.temperature.sensor]
-    registers = stand_file.amplifier is not None and stand_file.amplifier.modbus is not None
-    if registers and (fault.target, fault.kind) == ("amplifier", "resync"):
+    target = next((one for one in stand_file.instruments if one.stream == fault.target), None)
+    registers = target is not None and target.kind.registers(target.settings, target.folder) is not None
+    if registers and fault.kind == "resync":
         raise BadInput(
-            "an amplifier with registers sends no stream whose spacing could be lost",
+            "what has registers sends no stream whose spacing could be lost",
             place=f"fault {fault}",
             remedy="use drop, delay, corrupt or duplicate",
         )

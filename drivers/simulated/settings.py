@@ -68,6 +68,8 @@ class SimulationSettings(Settings):
     specimen and do not move in the gap. Below 0 the piston presses the specimen at its zero already."""
     piston_start_mm: float = Field(default=0.0, ge=-50.0, le=0.0)
     """Where the piston stands when the stand is switched on: retracted, for a specimen to be mounted."""
+    piston_area_mm2: float = Field(default=30_000.0, ge=100.0, le=1e6)
+    """Area on which a ``pressure`` channel of the controller makes the force; 210 bar are 630 kN."""
     frame_stiffness_kN_per_mm: float = Field(default=150.0, ge=100.0, le=1e5)
     actuator_bandwidth_Hz: float = Field(default=15.0, ge=3.0, le=100.0)
     actuator_damping: float = Field(default=0.8, ge=0.4, lt=1.0)

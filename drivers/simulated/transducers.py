@@ -174,8 +174,8 @@ def _straight(calibration: Calibration) -> tuple[float, float] | None:
     return (line[0], line[1]) if same == plain and len(line) == 2 else None
 
 
-class WirePair:
-    """What two draw wires make of a stroke: a small smooth deviation each, and the plate's tilt.
+class DrawWires:
+    """What draw wires make of a stroke: a small smooth deviation each, and the plate's tilt.
 
     Parameters
     ----------
@@ -183,19 +183,21 @@ class WirePair:
         Amplitude of the smooth deviation from the straight line [mm].
     tilt : float
         Half the relative difference of the wires: the plate tilts as it goes in.
+    wires : int
+        How many; they hang alternately on the one and on the other side of the plate.
     period_mm : float
-        Stroke over which the deviation repeats [mm]; the wires are a quarter of it apart.
+        Stroke over which the deviation repeats [mm]; each wire is a quarter of it from the last.
     """
 
-    def __init__(self, linearity_mm: float, tilt: float, period_mm: float = 250.0) -> None:
+    def __init__(self, linearity_mm: float, tilt: float, wires: int = 2, period_mm: float = 250.0) -> None:
         self._linearity_mm = linearity_mm
         self._per_mm = 2.0 * np.pi / period_mm
-        self._phase = np.array([0.3, 0.3 + np.pi / 2.0])
+        self._phase = np.array([0.3 + wire * np.pi / 2.0 for wire in range(wires)])
         self._start = np.sin(self._phase)
-        self._gain = np.array([1.0 + tilt, 1.0 - tilt])
+        self._gain = np.array([1.0 - tilt if wire % 2 else 1.0 + tilt for wire in range(wires)])
 
     def feel(self, stroke_mm: FloatArray) -> FloatArray:
-        """Return what the wires feel of a true stroke of shape (n,): shape (n, 2)."""
+        """Return what the wires feel of a true stroke of shape (n,): shape (n, wires)."""
         stroke = stroke_mm[:, np.newaxis]
         deviation = np.sin(self._per_mm * stroke + self._phase) - self._start
         felt: FloatArray = stroke * self._gain + self._linearity_mm * deviation

@@ -5,10 +5,6 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.drivers.stand_file.amplifier_tables import (
-        Gsv2Settings,
-        ModbusAmplifierSettings,
-    )
     from bufferstand.drivers.stand_file.bounds import (
         power_on_C,
     )
@@ -17,7 +13,6 @@ if TYPE_CHECKING:
     )
     from bufferstand.drivers.stand_file.schema import (
         CELSIUS_PER_COUNT,
-        AmplifierSettings,
         ControllerSettings,
         Endpoints,
         OneWireSettings,
@@ -29,11 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CELSIUS_PER_COUNT",
-    "AmplifierSettings",
     "ControllerSettings",
     "Endpoints",
-    "Gsv2Settings",
-    "ModbusAmplifierSettings",
     "OneWireSettings",
     "SensorSettings",
     "StandFile",

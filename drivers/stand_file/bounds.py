@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bufferstand.drivers.register_maps import Profile, RegisterType, load_amplifier_map
+from bufferstand.drivers.register_maps import WHOLE_RANGES, Profile
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import Calibration, Channel
@@ -28,13 +28,6 @@ OVERLOAD_FACTOR = 3.0
 _LOOKED_AT = 257
 _ROUNDED = 1e-4
 """A full scale of exactly the trip lacks a count, and what its certificate rounds."""
-_RANGES: dict[RegisterType, tuple[float, float]] = {
-    "u16": (0.0, 65535.0),
-    "i16": (-32768.0, 32767.0),
-    "u32": (0.0, 2.0**32 - 1.0),
-    "i32": (-(2.0**31), 2.0**31 - 1.0),
-}
-"""Counts that a register can hold; a float holds any."""
 _ANY = (-(2.0**31), 2.0**31)
 
 
@@ -87,38 +80,32 @@ def power_on_C(stand_file: StandFile) -> float:  # noqa: N802 - the unit keeps i
 def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple[str | int, ...], str]]:
     """Return each channel that cannot show what it must, with its place in the file."""
     limits = stand_file.limits
-    whole = {"force": limits.force_max_kN, "stroke": limits.stroke_max_mm}
+    travel_mm = limits.stroke_max_mm
+    whole = {"force": limits.force_max_kN, **dict.fromkeys(("stroke", "position", "command"), travel_mm)}
     found: list[tuple[tuple[str | int, ...], str]] = []
     for number, channel in enumerate(stand_file.controller.channel):
         name = f"raw_{channel.name}"
         kind = None if profile.window is None else dict(profile.window.sample).get(channel.name)
         if kind is None and profile.has(name):
             kind = profile.find(name).type
-        most = whole.get(channel.quantity, limits.stroke_max_mm)
-        if problem := _scale_trouble(channel, None if kind is None else _RANGES.get(kind), most):
+        most = whole.get(channel.quantity)
+        if most is None:  # no limit and no guard looks at it
+            continue
+        if problem := _scale_trouble(channel, None if kind is None else WHOLE_RANGES.get(kind), most):
             found.append((("controller", "channel", number, "calibration"), problem))
         if channel.quantity == "force" and (problem := _overload_trouble(channel, most)):
             found.append((("controller", "channel", number, "plausible", "overload"), problem))
-    if stand_file.amplifier is not None:
-        channel = stand_file.amplifier.channel
-        if problem := _scale_trouble(channel, _amplifier_counts(stand_file), limits.force_max_kN):
-            found.append((("amplifier", "channel", "calibration"), problem))
-        if problem := _overload_trouble(channel, limits.force_max_kN):
-            found.append((("amplifier", "channel", "plausible", "overload"), problem))
+    for one in stand_file.instruments:
+        ends = one.kind.ends(one.settings, one.folder)
+        reach = whole.get(one.channel.quantity)
+        if reach is not None and (problem := _scale_trouble(one.channel, ends, reach)):
+            found.append(((*one.place, "channel", "calibration"), problem))
+        if one.channel.quantity == "force" and (problem := _overload_trouble(one.channel, whole["force"])):
+            found.append(((*one.place, "channel", "plausible", "overload"), problem))
     for number, sensor in enumerate(stand_file.temperature.sensor if stand_file.temperature else ()):
         if problem := _thermometer_trouble(sensor.calibration, sensor.name):
             found.append((("temperature", "sensor", number, "calibration"), problem))
     return found
-
-
-def _amplifier_counts(stand_file: StandFile) -> tuple[float, float] | None:
-    """Return what the amplifier's values can be; None where it tells no end of them (text, floats)."""
-    amplifier = stand_file.amplifier
-    if amplifier is None:
-        return None
-    if amplifier.modbus is not None:
-        return _RANGES.get(load_amplifier_map(amplifier.modbus.map, stand_file.folder).value.type)
-    return amplifier.gsv2.ends if amplifier.protocol == "gsv2" else amplifier.aed.ends
 
 
 def _scale_trouble(channel: Channel, counts: tuple[float, float] | None, most: float) -> str:

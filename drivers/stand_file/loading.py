@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.stand_file.bounds import demand_stand_bounds
-from bufferstand.drivers.stand_file.schema import CONTROLLER_CHANNELS, StandFile
+from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.settings import load_settings, read_text
+from bufferstand.foundation.settings import load_settings, place_of, read_text
 
 
 def load_stand(path: Path) -> StandFile:
@@ -21,14 +22,33 @@ def load_stand(path: Path) -> StandFile:
     """
     stand_file = load_settings(path, StandFile)
     stand_file._path = path
-    window = stand_file.profile().window
-    sampled = set(CONTROLLER_CHANNELS) if window is None else {name for name, _ in window.sample} - {"tick"}
-    if sampled != set(CONTROLLER_CHANNELS):
-        raise BadInput(
-            f"profile “{stand_file.controller.profile}” samples {', '.join(sorted(sampled))}",
-            file=path,
-            place="controller.profile",
-            remedy=f"the ring must sample exactly {', '.join(CONTROLLER_CHANNELS)}",
-        )
+    _demand_same_channels(stand_file, stand_file.profile(), read_text(path))
     demand_stand_bounds(stand_file, stand_file.profile(), read_text(path))
     return stand_file
+
+
+def _demand_same_channels(stand_file: StandFile, profile: Profile, text: str) -> None:
+    """See that the stand file describes each channel that the profile samples, and no other."""
+    described = [channel.name for channel in stand_file.controller.channel]
+    if unknown := [name for name in profile.sampled if name not in described]:
+        names = ", ".join(unknown)
+        raise BadInput(
+            f"profile “{stand_file.controller.profile}” samples {names}, which the stand file "
+            "does not describe",
+            file=stand_file.path,
+            place=place_of(("controller", "profile"), text),
+            remedy=f"add a [[controller.channel]] of {names}, or name a profile that does not sample it",
+        )
+    for number, name in enumerate(described):
+        if name in profile.sampled:
+            continue
+        where, example = (
+            ("ring.sample", f"“{name}:i16”") if profile.poll is None else ("poll.reads", f"“{name}”")
+        )
+        raise BadInput(
+            f"profile “{stand_file.controller.profile}” does not sample “{name}”; it samples "
+            + ", ".join(profile.sampled),
+            file=stand_file.path,
+            place=place_of(("controller", "channel", number, "name"), text),
+            remedy=f"leave the channel out, or name a profile whose {where} has it, e.g. {example}",
+        )

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,41 +16,41 @@ from pydantic import (
     model_validator,
 )
 
-from bufferstand.drivers.register_maps import Profile, load_profile
-from bufferstand.drivers.stand_file.amplifier_tables import (
-    AedSettings,
-    Gsv2Settings,
-    ModbusAmplifierSettings,
-)
-from bufferstand.drivers.stand_file.bounded_numbers import (
+from bufferstand.drivers.instruments import (
     STAND_FORCE_KN,
     Baud,
-    CellRange,
+    Instrument,
     MassAccuracy,
     MovingMass,
+    Place,
     ReplyTime,
-    SampleRate,
     SensorDelay,
     SensorPeriod,
     StandForce,
     StandFrequency,
     StandSpeed,
     Stiffness,
+    Table,
+    TcpAddress,
     Travel,
     Watchdog,
+    demand_channel,
+    kind_of,
+    stream_name,
 )
+from bufferstand.drivers.register_maps import (
+    REQUIRED_CHANNELS,
+    Profile,
+    hole_in_strokes,
+    load_profile,
+    missing_channels,
+    quantity_of,
+    unknown_name,
+)
+from bufferstand.drivers.stand_file.instrument_lists import AmplifierEntry, OneOrMore, SensorEntry
 from bufferstand.foundation import BadInput, curve_problem
-from bufferstand.foundation.channels import Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.channels import CHANNEL_UNITS, Calibration, Channel, ChannelUncertainty
 from bufferstand.foundation.settings import Settings, Within, WrongKeyError
-
-CONTROLLER_CHANNELS: Mapping[str, tuple[str, str]] = {
-    "force": ("force", "kN"),
-    "stroke_1": ("stroke", "mm"),
-    "stroke_2": ("stroke", "mm"),
-    "position": ("position", "mm"),
-    "command": ("command", "mm"),
-}
-"""Quantity and unit of each channel that the controller samples."""
 
 LONGEST_RTU_BITS = (17 + 255) * 11
 """Bits on a line of the largest exchange: a request of function 23 and a reply of 125 registers."""
@@ -83,7 +82,7 @@ class StandFacts(Settings):
     """Where the load cell is: it pushes the mass (``moving-side``, as where nothing is stated), or stands
     behind the specimen (``fixed-side``)."""
     tilt_max_mm: Annotated[float, Field(gt=0)] | None = None
-    """Largest difference of the two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
+    """Largest difference of any two draw wires; a larger one is tilt, or a slack or snagged wire [mm]."""
 
 
 class StandFileLimits(Settings):
@@ -129,22 +128,6 @@ class StandFileLimits(Settings):
         return {key: value for key, value in content.items() if value is not None}
 
 
-def _demand(channel: Channel, quantity: str, unit: str, *, place: tuple[str | int, ...]) -> None:
-    """Demand the quantity and unit that a channel of this name has everywhere in the house."""
-    if channel.quantity != quantity:
-        raise WrongKeyError(
-            f"quantity = “{channel.quantity}” is not possible for the channel “{channel.name}”; write "
-            f"quantity = “{quantity}” and unit = “{unit}”",
-            (*place, "quantity"),
-        )
-    if channel.unit != unit:
-        raise WrongKeyError(
-            f"unit = “{channel.unit}” is not possible for the channel “{channel.name}”; write unit = "
-            f"“{unit}”, and in its calibration coefficients that give {unit}",
-            (*place, "unit"),
-        )
-
-
 class ControllerSettings(Settings):
     """The actuator controller behind Modbus TCP."""
 
@@ -185,16 +168,17 @@ class ControllerSettings(Settings):
                 raise WrongKeyError(
                     f"channel “{channel.name}” is there twice; leave one out", ("channel", number, "name")
                 )
-            if channel.name not in CONTROLLER_CHANNELS:
-                raise WrongKeyError(
-                    f"the controller has no channel “{channel.name}”; its channels are "
-                    + ", ".join(CONTROLLER_CHANNELS),
-                    ("channel", number, "name"),
-                )
-            wanted = CONTROLLER_CHANNELS[channel.name]
-            _demand(channel, *wanted, place=("channel", number))
-        if missing := [name for name in CONTROLLER_CHANNELS if name not in names]:
-            raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)}")
+            quantity = quantity_of(channel.name)
+            if quantity is None:
+                raise WrongKeyError(unknown_name(channel.name), ("channel", number, "name"))
+            units = CHANNEL_UNITS[quantity]
+            unit = channel.unit if channel.unit in units else units[0]
+            demand_channel(channel, quantity, unit, place=("channel", number))
+        if missing := missing_channels(names):
+            why = "; ".join(f"{name}: {REQUIRED_CHANNELS[name]}" for name in missing)
+            raise ValueError(f"the controller's channels are incomplete; add {', '.join(missing)} ({why})")
+        if problem := hole_in_strokes(names):
+            raise WrongKeyError(problem, "channel")
         if self.watchdog_s < 2 * self.timeout_s:
             raise WrongKeyError(
                 f"watchdog_s = {self.watchdog_s:g} must be at least twice timeout_s = {self.timeout_s:g}, "
@@ -204,59 +188,6 @@ class ControllerSettings(Settings):
                 "timeout_s",
             )
         return self
-
-
-class AmplifierSettings(Settings):
-    """A measuring amplifier beside the controller: on a serial line, or with registers."""
-
-    protocol: Literal["gsv2", "aed", "modbus"]
-    port: str = ""
-    """Serial device; none for Modbus TCP."""
-    baud: Baud = 38400
-    rate_Hz: SampleRate
-    """Values a second that the amplifier is set to, or asked for."""
-    range_kN: CellRange
-    """Force at the nominal range; the full scale of a GSV-2's 24-bit value is 1.05 times this."""
-    channel: Channel
-    gsv2: Gsv2Settings = Gsv2Settings()
-    aed: AedSettings = AedSettings()
-    modbus: ModbusAmplifierSettings | None = None
-
-    @model_validator(mode="after")
-    def _fits(self) -> AmplifierSettings:
-        _demand(self.channel, "force", "kN", place=("channel",))
-        for table in ("gsv2", "aed", "modbus"):
-            if table in self.model_fields_set and table != self.protocol:
-                raise WrongKeyError(
-                    f"there is a table [amplifier.{table}] beside protocol = “{self.protocol}”; remove it",
-                    table,
-                    "protocol",
-                )
-        if self.protocol == "modbus" and self.modbus is None:
-            raise WrongKeyError("protocol = “modbus” needs a table [amplifier.modbus]", "protocol", "modbus")
-        if not self.port and (self.modbus is None or self.modbus.host is None):
-            raise WrongKeyError("port must name the serial device", "port")
-        if self.protocol != "modbus":
-            size = self.gsv2.bytes_per_value if self.protocol == "gsv2" else self.aed.bytes_per_value
-            bits = 11 if self.protocol == "aed" and self.aed.parity == "even" else 10
-            most = self.baud / (bits * size)
-            if self.rate_Hz > most:
-                raise WrongKeyError(
-                    f"rate_Hz = {self.rate_Hz:g} does not fit the line: {self.baud} baud carries {most:g}; "
-                    f"write rate_Hz = {math.floor(most):g} or less, or a larger baud",
-                    "rate_Hz",
-                    "baud",
-                )
-        return self
-
-    @model_serializer(mode="wrap")
-    def _own_table(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the tables of other protocols, and one that says nothing."""
-        content: dict[str, Any] = handler(self)
-        for table in ("gsv2", "aed", "modbus"):
-            if table != self.protocol or table not in self.model_fields_set:
-                content.pop(table, None)
-        return content
 
 
 class SensorSettings(Settings):
@@ -344,8 +275,11 @@ class StandFile(Settings):
     stand: StandFacts
     limits: StandFileLimits
     controller: ControllerSettings
-    amplifier: AmplifierSettings | None = None
+    amplifier: Annotated[tuple[AmplifierEntry, ...], OneOrMore()] = ()
+    """Measuring amplifiers on load cells, beside the controller: a table, or a list of them."""
     temperature: OneWireSettings | None = None
+    sensor: Annotated[tuple[SensorEntry, ...], OneOrMore()] = ()
+    """Instruments of any other quantity: a table, or a list of them."""
     simulation: dict[str, Any] | None = None
     """Only the simulated stand reads it, and checks it."""
     _path: Path = PrivateAttr(default=Path("stand.toml"))
@@ -353,14 +287,37 @@ class StandFile(Settings):
     @model_validator(mode="after")
     def _names_differ(self) -> StandFile:
         names = [channel.name for channel in self.controller.channel]
-        if self.amplifier is not None:
-            names.append(self.amplifier.channel.name)
+        names += [one.channel.name for one in self.instruments]
         if self.temperature is not None:
             names += [sensor.name for sensor in self.temperature.sensor]
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"two channels of the stand have the name “{name}”; give each its own")
         return self
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Write one amplifier as a table, and leave out a list that is not there: as ever."""
+        content: dict[str, Any] = handler(self)
+        amplifiers = content["amplifier"]
+        if len(amplifiers) < 2:
+            content["amplifier"] = amplifiers[0] if amplifiers else None
+        if not self.sensor:
+            del content["sensor"]
+        return content
+
+    @property
+    def instruments(self) -> tuple[Instrument, ...]:
+        """The instruments beside the controller, without thermometers: amplifiers, then sensors."""
+        lists: tuple[tuple[Table, tuple[Settings, ...]], ...] = (
+            ("amplifier", self.amplifier),
+            ("sensor", self.sensor),
+        )
+        return tuple(
+            Instrument(stream_name(table, number), (table, number), entry, self.folder)
+            for table, entries in lists
+            for number, entry in enumerate(entries)
+        )
 
     @property
     def path(self) -> Path:
@@ -393,12 +350,6 @@ class StandFile(Settings):
         """Return the controller's serial device, if it is on Modbus RTU."""
         return self.folder / self.controller.serial if self.controller.serial else None
 
-    def amplifier_port(self) -> Path | None:
-        """Return the amplifier's serial device, if there is an amplifier."""
-        if self.amplifier is None or not self.amplifier.port:
-            return None
-        return self.folder / self.amplifier.port
-
     def w1_root(self) -> Path | None:
         """Return the folder of the 1-Wire devices, if there are any."""
         if self.temperature is None or self.temperature.kind != "w1":
@@ -420,28 +371,24 @@ class Endpoints:
     ----------
     host, port
         Of the controller's Modbus TCP server.
-    amplifier_port : Path
-        The amplifier's serial device.
+    instruments : mapping of str to Path or TcpAddress
+        By stream: serial device, or port of a host. Those that are not there stay where they are.
     w1_root : Path
         Folder of the 1-Wire devices.
     controller_serial : Path
         The controller's serial device, where it is on Modbus RTU.
     onewire_port : Path
         Serial device of the 1-Wire adapter, where there is one.
-    amplifier_host, amplifier_tcp_port
-        Of the amplifier, where it is on Modbus TCP.
     timeout_s : float
         Longest wait for a reply over TCP [s]: a served stand shares a computer, and may be starved.
     """
 
     host: str | None = None
     port: int | None = None
-    amplifier_port: Path | None = None
+    instruments: Mapping[str, Place] = field(default_factory=dict)
     w1_root: Path | None = None
     controller_serial: Path | None = None
     onewire_port: Path | None = None
-    amplifier_host: str | None = None
-    amplifier_tcp_port: int | None = None
     timeout_s: float | None = None
 
 
@@ -450,11 +397,14 @@ def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
 
     For a copy of a stand file: its devices lie where they lay for the original.
     """
-    amplifier, temperature = stand_file.amplifier, stand_file.temperature
+    temperature = stand_file.temperature
+    wires = {one.stream: one.kind.wire(one.settings, folder) for one in stand_file.instruments}
     return with_endpoints(
         stand_file,
         Endpoints(
-            amplifier_port=None if amplifier is None or not amplifier.port else folder / amplifier.port,
+            instruments={
+                stream: wire.path for stream, wire in wires.items() if not isinstance(wire, TcpAddress)
+            },
             w1_root=None if temperature is None else folder / temperature.root,
             onewire_port=None if temperature is None or not temperature.port else folder / temperature.port,
             controller_serial=folder / stand_file.controller.serial if stand_file.controller.serial else None,
@@ -474,19 +424,15 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
             if value is not None
         }
     )
-    patient = {} if endpoints.timeout_s is None else {"timeout_s": endpoints.timeout_s}
     if controller.serial and endpoints.controller_serial is not None:
         controller = controller.model_copy(update={"serial": str(endpoints.controller_serial.absolute())})
-    elif not controller.serial:
-        controller = controller.model_copy(update=patient)
+    elif not controller.serial and endpoints.timeout_s is not None:
+        controller = controller.model_copy(update={"timeout_s": endpoints.timeout_s})
     changes: dict[str, Any] = {"controller": controller}
-    amplifier = stand_file.amplifier
-    if amplifier is not None and amplifier.port and endpoints.amplifier_port is not None:
-        changes["amplifier"] = amplifier.model_copy(update={"port": str(endpoints.amplifier_port.absolute())})
-    elif amplifier is not None and amplifier.modbus is not None and endpoints.amplifier_host is not None:
-        where = {"host": endpoints.amplifier_host, "tcp_port": endpoints.amplifier_tcp_port} | patient
-        changes["amplifier"] = amplifier.model_copy(
-            update={"modbus": amplifier.modbus.model_copy(update=where)}
+    for table in ("amplifier", "sensor"):
+        changes[table] = tuple(
+            _moved(entry, endpoints.instruments.get(stream_name(table, number)), endpoints.timeout_s)
+            for number, entry in enumerate(getattr(stand_file, table))
         )
     temperature = stand_file.temperature
     if temperature is not None and temperature.kind == "w1" and endpoints.w1_root is not None:
@@ -496,3 +442,10 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
             update={"port": str(endpoints.onewire_port.absolute())}
         )
     return stand_file.model_copy(update=changes)
+
+
+def _moved(entry: Settings, place: Place | None, timeout_s: float | None) -> Settings:
+    if place is None:
+        return entry
+    moved: Settings = kind_of(entry).moved(entry, place, timeout_s)
+    return moved

@@ -20,6 +20,7 @@ from typing import Protocol
 
 import serial
 
+from bufferstand.drivers.instruments import Place, TcpAddress
 from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
 from bufferstand.drivers.thermometers import BAUD as ADAPTER_BAUD
 from bufferstand.drivers.transcripts.transcript import HEAD, Sign, TranscriptPiece
@@ -251,50 +252,50 @@ def _tapped(stand_file: StandFile, folder: Path, recorder: TranscriptRecorder, t
         taps.append(one)
         return link
 
-    controller, amplifier = stand_file.controller, stand_file.amplifier
-    line, far, adapter = (
+    def tap_tcp(wire: str, to: TcpAddress) -> TcpAddress:
+        one = TcpTap(wire, to.host, to.port, recorder)
+        taps.append(one)
+        return TcpAddress("127.0.0.1", one.port)
+
+    controller, line, adapter = (
+        stand_file.controller,
         stand_file.controller_serial(),
-        stand_file.amplifier_port(),
         stand_file.onewire_port(),
     )
-    host, port = None, None
-    near: dict[str, Path | None] = dict.fromkeys(("controller", "amplifier", "onewire"))
     profile = f"profile {controller.profile}, unit {controller.device_id}"
+    host, port, controller_line = None, None, None
     if line is None:
         recorder.comment(f"controller: TCP, {profile}")
-        tcp = TcpTap("controller", controller.host, controller.port, recorder)
-        taps.append(tcp)
-        host, port = "127.0.0.1", tcp.port
+        near = tap_tcp("controller", TcpAddress(controller.host, controller.port))
+        host, port = near.host, near.port
     else:
         recorder.comment(f"controller: RTU, {controller.baud} baud, {profile}")
-        near["controller"] = tap(
+        controller_line = tap(
             "controller",
             line,
             baud=controller.baud,
             parity=controller.parity,
             stop_bits=controller.stop_bits,
         )
-    if amplifier is not None and far is not None:
-        recorder.comment(f"amplifier: {amplifier.protocol}, {amplifier.baud} baud")
-        parity: str = amplifier.aed.parity if amplifier.protocol == "aed" else "none"
-        if amplifier.modbus is not None:
-            parity = amplifier.modbus.parity
-        near["amplifier"] = tap("amplifier", far, baud=amplifier.baud, parity=parity)
-    amplifier_port = None
-    if amplifier is not None and amplifier.modbus is not None and amplifier.modbus.host is not None:
-        recorder.comment(f"amplifier: TCP, map {amplifier.modbus.map}, unit {amplifier.modbus.device_id}")
-        tcp = TcpTap("amplifier", amplifier.modbus.host, amplifier.modbus.tcp_port, recorder)
-        taps.append(tcp)
-        amplifier_port = tcp.port
+    places: dict[str, Place] = {}
+    for one in stand_file.instruments:
+        to = one.kind.wire(one.settings, one.folder)
+        if isinstance(to, TcpAddress):
+            recorder.comment(f"{one.stream}: {one.kind.name}, TCP")
+            places[one.stream] = tap_tcp(one.stream, to)
+            continue
+        recorder.comment(f"{one.stream}: {one.kind.name}, {to.baud} baud")
+        link = tap(one.stream, to.path, baud=to.baud, parity=to.parity, stop_bits=to.stop_bits)
+        if link is not None:
+            places[one.stream] = link
+    onewire = None
     if adapter is not None:
         recorder.comment(f"onewire: DS2480B adapter, {ADAPTER_BAUD} baud")
-        near["onewire"] = tap("onewire", adapter, baud=ADAPTER_BAUD)
+        onewire = tap("onewire", adapter, baud=ADAPTER_BAUD)
     return Endpoints(
         host=host,
         port=port,
-        amplifier_port=near["amplifier"],
-        onewire_port=near["onewire"],
-        controller_serial=near["controller"],
-        amplifier_host=None if amplifier_port is None else "127.0.0.1",
-        amplifier_tcp_port=amplifier_port,
+        instruments=places,
+        onewire_port=onewire,
+        controller_serial=controller_line,
     )

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         SETTLING,
     )
     from bufferstand.evaluation.catalogue.quantity import (
+        KINDS,
         NOT_FINITE,
         Catalogue,
         Channel,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "KINDS",
     "MAIN",
     "NOT_FINITE",
     "NOWHERE",

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         residual_strokes,
         runs,
         settling,
+        signals,
         summaries,
     )
     from bufferstand.evaluation.document.tables import (
@@ -76,6 +77,7 @@ __all__ = [
     "run_entry",
     "runs",
     "settling",
+    "signals",
     "skew_effect",
     "summaries",
     "version_text",

@@ -16,6 +16,7 @@ import pandas as pd
 from bufferstand.evaluation.document.build import evaluate_file, evaluate_paths
 from bufferstand.evaluation.document.tables import cycle_table
 from bufferstand.evaluation.facts import DecisionRule, EvaluationDocument, Options, check_draws
+from bufferstand.evaluation.record import channels_of_quantity
 from bufferstand.foundation import BadInput
 from bufferstand.recording.finding import facts_of, run_files
 from bufferstand.recording.foreign import Imported, ImportOptions, import_file
@@ -94,6 +95,28 @@ def channels(run: str | Path | Run, stream: str | None = None) -> pd.DataFrame:
         As :func:`open_run`, or if there is no such stream.
     """
     return to_frame(run if isinstance(run, Run) else open_run(run), stream)
+
+
+def signals(run: str | Path | Run, quantity: str) -> dict[str, pd.Series]:
+    """Return the channels of a run that measure a quantity: “pressure”, “acceleration”, “force” …
+
+    Returns
+    -------
+    dict of str to pandas.Series
+        By the channel's name: values in the unit of the quantity (``attrs["unit"]``; kN, mm, mm/s, °C, bar,
+        m/s²), the index ``time_s`` with the channel's delay taken off [s]. Empty where none measures it.
+
+    Raises
+    ------
+    BadInput
+        As :func:`open_run`, or if there is no such quantity.
+    """
+    found = {}
+    for one in channels_of_quantity(run if isinstance(run, Run) else open_run(run), quantity):
+        series = pd.Series(one.value, index=pd.Index(one.time_s, name="time_s"), name=one.name)
+        series.attrs |= {"unit": one.unit, "place": one.place}
+        found[one.name] = series
+    return found
 
 
 def dataset(run: str | Path | Run) -> xr.Dataset:

@@ -40,7 +40,6 @@ if TYPE_CHECKING:
         BeforeAfterEntry,
         ChangeEntry,
         CopyEntry,
-        CycleEntry,
         Effect,
         EvaluationDocument,
         EvidenceEntry,
@@ -57,7 +56,6 @@ if TYPE_CHECKING:
         RunInTimeEntry,
         StatementEntry,
         StepEntry,
-        SummaryEntry,
         TemperatureComparisonEntry,
         TogetherEntry,
         TrendEntry,
@@ -98,6 +96,10 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.facts.planned_motion import (
         expected_turns,
         held_against,
+    )
+    from bufferstand.evaluation.facts.quantity_entries import (
+        CycleEntry,
+        SummaryEntry,
     )
     from bufferstand.evaluation.facts.results import (
         EXTREME_NAMES,

@@ -11,6 +11,12 @@ from typing import Any, Literal, NotRequired
 
 from typing_extensions import TypedDict  # pydantic reads those of Python 3.12 and later only
 
+from bufferstand.evaluation.facts.quantity_entries import (
+    CycleEntry,
+    NumberByQuantity,
+    ReasonByQuantity,
+    SummaryEntry,
+)
 from bufferstand.foundation import Kind, Purpose
 
 Verdict = Literal[
@@ -44,10 +50,6 @@ FindingKind = Literal[
     "swapped",
     "guard",
 ]
-CycleEntry = dict[str, Any]
-"""A cycle: index, times, whether it is complete and steady, and each quantity of a cycle by its name."""
-SummaryEntry = dict[str, Any]
-"""``cycles_used``, and for each quantity of a cycle its mean over them as a :class:`MeanEntry`."""
 
 
 class SoftwareEntry(TypedDict):
@@ -57,14 +59,6 @@ class SoftwareEntry(TypedDict):
     code_sha256: NotRequired[str]
     python: NotRequired[str]
     libraries: NotRequired[dict[str, str]]
-
-
-class MeanEntry(TypedDict):
-    """The mean of a quantity over the cycles used."""
-
-    value: float | None
-    expanded_uncertainty: float | None
-    coverage_factor: float
 
 
 class ExtremeEntry(TypedDict):
@@ -151,8 +145,8 @@ class StepEntry(TypedDict):
     cycles: list[int]
     summary: SummaryEntry
     extremes: dict[str, ExtremeEntry]
-    half_width_95: dict[str, float | None]
-    missing: dict[str, str]
+    half_width_95: NumberByQuantity
+    missing: ReasonByQuantity
     budget: list[BudgetEntry]
     skew_sensitivity: SkewSensitivityEntry | None
     shared_errors: SharedErrorsEntry | None
@@ -347,8 +341,8 @@ class RunEntry(HistoryEntry, EvidenceEntry):
     plausibility: list[FindingEntry]
     limit_set: dict[str, Any] | None
     inspection: dict[str, Any] | None
-    half_width_95: dict[str, float | None] | None
-    missing: dict[str, str] | None
+    half_width_95: NumberByQuantity | None
+    missing: ReasonByQuantity | None
     budget: list[BudgetEntry]
     shared_errors: SharedErrorsEntry | None
     purpose: NotRequired[Purpose | None]

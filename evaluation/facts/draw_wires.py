@@ -1,4 +1,4 @@
-"""What the two draw wires of a run say of each other."""
+"""What the draw wires of a run say of each other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FailedWire:
-    """A wire (``stroke_1``, ``stroke_2``) that stands still while the other moves: broken or stuck."""
+    """A wire (``stroke_1`` …) that stands still while the others move: broken or stuck."""
 
     wire: str
     from_s: float
@@ -15,7 +15,7 @@ class FailedWire:
 
 @dataclass(frozen=True)
 class DrawWires:
-    """Difference stroke_1 - stroke_2 over a run.
+    """Difference of the draw wires over a run: stroke_1 - stroke_2, of more the largest of any two.
 
     Attributes
     ----------
@@ -27,9 +27,9 @@ class DrawWires:
     remaining_mm : float or None
         Largest difference from that line: tilt, and what is not linear.
     limit_mm : float or None
-        Sum of the limits that both channels state; None where they state none.
-    out : tuple of WireOut
-        The wire that is out, if one is; the stroke is the other one alone then.
+        Sum of the limits that both channels state, of more the two largest; None where they state none.
+    out : tuple of FailedWire
+        The wires that are out; the stroke is the mean of the others then.
     warnings : tuple of str
     """
 

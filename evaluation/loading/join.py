@@ -13,6 +13,7 @@ from bufferstand.evaluation.loading.table_rows import Rows, readings_of, without
 from bufferstand.evaluation.numerics import FloatArray, noise_sigma
 from bufferstand.evaluation.record import Ends, InterpolationLimits, peaks_of
 from bufferstand.foundation import BadInput, to_inside
+from bufferstand.foundation.channels import mean_of_strokes, tilt_of_strokes
 from bufferstand.recording.runfile import Run, Series
 
 _STEPS_LEFT = 2.0
@@ -90,7 +91,7 @@ def joined(run: Run, wires: Sequence[str]) -> JoinedChannels:
     ----------
     run : Run
     wires : sequence of str
-        The draw wires that make up the stroke; of two, the first one's instants count.
+        The draw wires that make up the stroke; of several, the first one's instants count.
 
     Raises
     ------
@@ -101,8 +102,8 @@ def joined(run: Run, wires: Sequence[str]) -> JoinedChannels:
     base = readings[wires[0]]
     stroke, difference = base.value, None
     if len(wires) > 1:
-        two = _at(readings[wires[1]], base.time_s)
-        stroke, difference = 0.5 * (base.value + two), base.value - two
+        values = [base.value, *(_at(readings[name], base.time_s) for name in wires[1:])]
+        stroke, difference = mean_of_strokes(values), tilt_of_strokes(values)
     force, between, problems = _force_at(run, readings["force"], ChannelReadings(base.time_s, stroke))
     speed = _at(readings["speed"], base.time_s) if "speed" in readings else None
     apart = not same_instants(readings["force"].time_s, base.time_s)

@@ -12,6 +12,7 @@ from bufferstand.evaluation.loading.resample import bring, usable, usual_step_s
 from bufferstand.evaluation.numerics import FloatArray, noise_sigma
 from bufferstand.evaluation.record import InterpolationLimits
 from bufferstand.foundation import BadInput, to_inside
+from bufferstand.foundation.channels import mean_of_strokes, tilt_of_strokes
 from bufferstand.foundation.numbers import median
 from bufferstand.recording.runfile import Run
 
@@ -110,7 +111,10 @@ class Pieces:
             brought = {name: bring(*readings, time_s) for name, readings in about.items()}
             at = {name: own.value for name, own in brought.items()}
             difference = []
-            if len(self._wires) > 1:
+            if len(self._wires) > 2:
+                all_of_them = [stroke, *(at[name] for name in self._wires[1:])]
+                difference, stroke = [tilt_of_strokes(all_of_them)], mean_of_strokes(all_of_them)
+            elif len(self._wires) > 1:
                 difference = [stroke - at[self._wires[1]]]
                 stroke = stroke - 0.5 * difference[0]
             force = self._checked(at["force"], time_s, base.about(*span), about["force"])

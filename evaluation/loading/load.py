@@ -28,9 +28,10 @@ from bufferstand.evaluation.record import (
     true_readings,
 )
 from bufferstand.foundation import BadInput, Kind, Purpose, to_inside
-from bufferstand.foundation.channels import Channel, ChannelUncertainty
+from bufferstand.foundation.channels import STROKE_CHANNELS, Channel, ChannelUncertainty, tilt_of_strokes
 from bufferstand.foundation.files import readable
-from bufferstand.recording.runfile import STROKES, Run, Series, opened_run, simulated_of
+from bufferstand.recording import MAIN_STREAM
+from bufferstand.recording.runfile import Run, Series, opened_run, simulated_of
 
 _EMPTY: FloatArray = np.zeros(0)
 _LOOKED_AT = 4096
@@ -83,7 +84,7 @@ def _faults_of(sensor: Temperature) -> list[str]:
 
 def _explained(run: Run, error: BadInput, bounds: MemoryBounds) -> BadInput:
     """Return what is wrong with a record that cannot be used: which of its columns hold no number."""
-    for name in ("force", *STROKES):
+    for name in ("force", *STROKE_CHANNELS):
         if not run.has(name):
             continue
         rows = run.stream_of(name).rows
@@ -127,7 +128,7 @@ def _series_of(run: Run, channel: str, bounds: MemoryBounds) -> Iterator[Series]
 
 def _wires(run: Run, bounds: MemoryBounds) -> list[str]:
     """Return the stroke channels that hold a number: an empty column is a wire that was not there."""
-    there = [name for name in STROKES if run.has(name)]
+    there = [name for name in STROKE_CHANNELS if run.has(name)]
     filled = [
         name for name in there if any(_holds_number(series.value) for series in _series_of(run, name, bounds))
     ]
@@ -190,13 +191,13 @@ def _as_recorded(run: Run, names: Sequence[str]) -> dict[str, tuple[FloatArray, 
 
 
 def _wire_difference_mm(run: Run, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray | None:
-    """Return stroke_1 - stroke_2 at the instants of their mean; None where there is one wire only."""
-    if not all(run.has(name) for name in STROKES):
+    """Return by how much draw wires differ at the instants of their mean; None where there is one only."""
+    names = [name for name in STROKE_CHANNELS if run.has(name)]
+    if len(names) < 2:
         return None
-    one, two = (
-        to_inside(_on_time(run, name, time_s, breaks), "stroke", run.series(name).unit) for name in STROKES
+    return tilt_of_strokes(
+        [to_inside(_on_time(run, name, time_s, breaks), "stroke", run.series(name).unit) for name in names]
     )
-    return np.asarray(one - two, dtype=np.float64)
 
 
 def _on_time(run: Run, channel: str, time_s: FloatArray, breaks: Sequence[int]) -> FloatArray:
@@ -216,6 +217,8 @@ def _temperatures(run: Run, bounds: MemoryBounds) -> tuple[Temperature, ...]:
     roles = _roles(run.metadata)
     found = []
     for stream in run.streams.values():
+        if stream.name == MAIN_STREAM:  # a controller's thermometers are in the machine: oil, valve
+            continue
         for channel in stream.channels.values():
             if channel.quantity != "temperature" or stream.rows == 0:
                 continue
@@ -323,7 +326,7 @@ def _import_findings(run: Run) -> tuple[str, ...]:
 
 def _empty_wires(run: Run, used: Sequence[str]) -> tuple[str, ...]:
     """Return a warning for each draw wire of which no sample is a number, while the other one has some."""
-    empty = [name for name in STROKES if run.has(name) and name not in used]
+    empty = [name for name in STROKE_CHANNELS if run.has(name) and name not in used]
     return tuple(
         f"{name}: none of its {run.stream_of(name).rows} samples is a number; {used[0]} alone is the stroke"
         for name in empty

@@ -31,6 +31,7 @@ from bufferstand.evaluation.record import (
     with_own_steps,
 )
 from bufferstand.foundation import to_inside
+from bufferstand.foundation.channels import tilt_of_strokes
 from bufferstand.foundation.numbers import median
 from bufferstand.recording.runfile import Run, Series, mean_stroke
 
@@ -99,7 +100,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: MemoryBounds) -> tuple[R
         kept, breaks = cleaner.take(piece[0], piece[1], piece[2], lost)
         usable = piece[:, kept]
         blocks.take(usable, breaks)
-        _note_ends(ends, usable, breaks.tolist(), two_wires=len(wires) > 1, speed=run.has("speed"))
+        _note_ends(ends, usable, breaks.tolist(), two_wires=len(wires) == 2, speed=run.has("speed"))
         first = last
     problems = apart.problems() if apart else ()
     check_usable(cleaner)
@@ -231,7 +232,7 @@ def _pieces(run: Run, wires: Sequence[str], edges: NDArray[np.int64], rows: int)
             for at, value, quantity, unit in zip(columns[::2], columns[1::2], quantities, units, strict=True)
         ]
         force = values[len(wires)]
-        difference = [values[0] - values[1]] if len(wires) > 1 else []
+        difference = [tilt_of_strokes(values[: len(wires)])] if len(wires) > 1 else []
         mean = to_inside(stroke[inner], "stroke", units[0])
         yield np.stack([time_s[inner], mean, force, *difference, *values[len(wires) + 1 :]])
         first += size

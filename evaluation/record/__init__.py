@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.record.by_quantity import (
+        RecordedChannel,
+        channels_of_quantity,
+    )
     from bufferstand.evaluation.record.clock_stamps import (
         understand,
     )
@@ -65,8 +69,10 @@ __all__ = [
     "InterpolationLimits",
     "Peak",
     "Record",
+    "RecordedChannel",
     "Signals",
     "Temperature",
+    "channels_of_quantity",
     "check_usable",
     "describe",
     "finite_where_rising",

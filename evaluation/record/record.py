@@ -84,7 +84,7 @@ class Record:
     defects : tuple of Defect
         What caused the breaks, in order of time.
     wire_difference_mm : array, shape (N,), or None
-        stroke_1 - stroke_2, where the stroke is the mean of two draw wires.
+        stroke_1 - stroke_2, where the stroke is the mean of two draw wires; of more the largest difference.
     drums_mm : tuple of float
         Circumferences of the drums of its draw wires, where stated: their deviation repeats with it.
     averaged : int

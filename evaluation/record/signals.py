@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.foundation import BadInput, to_inside
+from bufferstand.foundation.channels import STROKE_CHANNELS
 from bufferstand.foundation.numbers import HOLE_S, hole_from_s, median
-from bufferstand.recording.runfile import STROKES, Run
+from bufferstand.recording.runfile import Run
 
 MOST = 8_000
 """Samples that are held of each signal: of two minutes at 1 kHz one in 15 ms."""
@@ -47,7 +48,7 @@ class Signals:
     @property
     def strokes(self) -> tuple[str, ...]:
         """Names of those that measure the specimen's stroke."""
-        return tuple(name for name in ("stroke", *STROKES) if name in self.by_name)
+        return tuple(name for name in ("stroke", *STROKE_CHANNELS) if name in self.by_name)
 
     def get(self, name: str) -> FloatArray | None:
         """Return a signal, None where the run has none of that name."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.content import Block, Content, Section, Texts
+from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.pictures import figures_section
 from bufferstand.evaluation.report.sections import (
+    BuildSection,
     amendment_notice,
     amendment_section,
     budgets_section,
     calibrations,
-    changes_of,
     conditions_section,
     conformity_section,
     contact_section,
@@ -28,7 +28,6 @@ from bufferstand.evaluation.report.sections import (
     not_tested_section,
     operator,
     opinions_section,
-    overdue,
     plausibility_section,
     reevaluation_notice,
     reevaluation_section,
@@ -39,11 +38,44 @@ from bufferstand.evaluation.report.sections import (
     software_section,
     spoiled_notice,
     statements_section,
+    summary_section,
     temperature_section,
-    verdict_line,
     warnings_section,
+    with_added,
 )
-from bufferstand.evaluation.report.source import ReportSource, missing_fields, purpose_warnings, runs_text
+from bufferstand.evaluation.report.source import ReportSource, missing_fields, runs_text
+
+SECTIONS: tuple[BuildSection, ...] = with_added(
+    (
+        amendment_section,
+        summary_section,
+        reevaluation_section,
+        identification,
+        conditions_section,
+        conformity_section,
+        requirements_section,
+        runs_section,
+        cycles_section,
+        contact_section,
+        history_section,
+        temperature_section,
+        model_section,
+        figures_section,
+        deviations_section,
+        not_tested_section,
+        warnings_section,
+        rule_section,
+        plausibility_section,
+        evidence_section,
+        budgets_section,
+        calibrations,
+        data_section,
+        software_section,
+        opinions_section,
+        statements_section,
+    )
+)
+"""What a report consists of, in its order, with the sections that stand in files of their own."""
 
 
 def build_content(source: ReportSource) -> Content:
@@ -51,7 +83,7 @@ def build_content(source: ReportSource) -> Content:
 
     Parameters
     ----------
-    source : Source
+    source : ReportSource
         Runs, their evaluation, and what the laboratory adds.
 
     Returns
@@ -61,41 +93,12 @@ def build_content(source: ReportSource) -> Content:
     """
     version = (source.document.get("software") or {}).get("version")
     software = f"bufferstand {version}" if version else "bufferstand"
-    calibration = calibrations(source)
-    changes = changes_of(source)
-    sections = [
-        amendment_section(source),
-        _summary(source),
-        reevaluation_section(source, changes),
-        identification(source),
-        conditions_section(source),
-        conformity_section(source),
-        requirements_section(source),
-        runs_section(source),
-        cycles_section(source),
-        contact_section(source),
-        history_section(source),
-        temperature_section(source),
-        model_section(source.runs, source.modelled) if source.modelled else None,
-        figures_section(source),
-        deviations_section(source),
-        not_tested_section(source),
-        warnings_section(source, [*purpose_warnings(source), *overdue(calibration)]),
-        rule_section(source),
-        plausibility_section(source),
-        evidence_section(source),
-        budgets_section(source),
-        calibration,
-        data_section(source),
-        software_section(source),
-        opinions_section(source),
-        statements_section(source),
-    ]
+    sections = [build(source) for build in SECTIONS]
     ends = [run.ended for run in source.runs if run.ended is not None]
     return Content(
         title="Test report: static and dynamic characteristics",
         subtitle=_subtitle(source),
-        notices=(*reevaluation_notice(changes), *notices_of(source)),
+        notices=(*reevaluation_notice(source), *notices_of(source)),
         missing=(
             *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
             *missing_references(source),
@@ -127,25 +130,3 @@ def notices_of(source: ReportSource) -> tuple[str, ...]:
             "using any result of them."
         )
     return tuple(notices)
-
-
-def _summary(source: ReportSource) -> Section:
-    judged = [run for run in source.runs if run.evaluated.get("verdict") is not None]
-    others = len(source.runs) - len(judged)
-    blocks: list[Block] = [verdict_line(run) for run in judged]
-    runs = f"{len(source.runs)} run{'s' if len(source.runs) != 1 else ''}"
-    sentence = f"{runs}, of which {len(judged)} judged against requirements."
-    if apart := sum(run.characterises for run in judged):
-        sentence += f" {apart} of these as characterisation, which no statement of conformity rests on."
-    if others:
-        sentence += f" Of the other {others} nothing is required: they state characteristics."
-    damping = [value for run in source.runs if (value := run.result("damping")) is not None]
-    forces = [
-        (one.value, one.doubt) for run in source.runs if (one := run.extreme("force_max_kN")) and one.value
-    ]
-    if forces:
-        greatest, doubt = max(forces)
-        sentence += f" Greatest force {greatest:.1f} kN{' (in doubt, see Warnings)' if doubt else ''}."
-    if damping:
-        sentence += f" Damping from {min(damping):.3f} to {max(damping):.3f}."
-    return Section("summary", "Summary", (*blocks, Texts((sentence,))))

@@ -25,7 +25,6 @@ from bufferstand.evaluation.report.sections import (
     not_tested_section,
     operator,
     opinions_section,
-    overdue,
     rule_section,
     runs_section,
     statements_section,
@@ -35,7 +34,6 @@ from bufferstand.evaluation.report.source import (
     ComparedSpecimens,
     conditions_of,
     missing_fields,
-    purpose_warnings,
 )
 
 _REST = (
@@ -61,7 +59,6 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     version = (whole.document.get("software") or {}).get("version")
     software = f"bufferstand {version}" if version else "bufferstand"
     compared = compared_of(conditions_of(sides))
-    calibration = calibrations(whole)
     specimens = [(f"Specimen {side.letter}: {side.name}", side.source) for side in sides.sides]
     sections = [
         amendment_section(whole),
@@ -73,9 +70,9 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         numbered_section(comparison_pictures(sides, compared)),
         deviations_section(whole),
         not_tested_section(whole),
-        warnings_section(whole, [*purpose_warnings(whole), *overdue(calibration)]),
+        warnings_section(whole),
         rule_section(whole),
-        calibration,
+        calibrations(whole),
         data_section(whole),
         opinions_section(whole),
         statements_section(whole),

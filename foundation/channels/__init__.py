@@ -1,4 +1,4 @@
-"""Measuring channels as data: calibration, plausibility, zero."""
+"""Measuring channels as data: calibration, plausibility, zero, the stroke of several sensors."""
 
 from typing import TYPE_CHECKING
 
@@ -10,13 +10,21 @@ if TYPE_CHECKING:
         Calibration,
     )
     from bufferstand.foundation.channels.channel import (
+        CHANNEL_UNITS,
         Channel,
         ChannelUncertainty,
         Plausibility,
+        Quantity,
     )
     from bufferstand.foundation.channels.plausibility import (
         ImplausibleSamples,
         PlausibilityWatch,
+    )
+    from bufferstand.foundation.channels.strokes import (
+        STROKE_CHANNELS,
+        farthest_strokes,
+        mean_of_strokes,
+        tilt_of_strokes,
     )
     from bufferstand.foundation.channels.zero import (
         ChannelZero,
@@ -25,6 +33,8 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "CHANNEL_UNITS",
+    "STROKE_CHANNELS",
     "Branch",
     "Calibration",
     "Channel",
@@ -33,8 +43,12 @@ __all__ = [
     "ImplausibleSamples",
     "Plausibility",
     "PlausibilityWatch",
+    "Quantity",
     "Touch",
     "Zero",
+    "farthest_strokes",
+    "mean_of_strokes",
+    "tilt_of_strokes",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

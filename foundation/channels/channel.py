@@ -5,6 +5,7 @@ The same facts scale a reading in the acquisition loop and, years later, the raw
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -14,7 +15,23 @@ from bufferstand.foundation.channels.calibration import (
 )
 from bufferstand.foundation.settings import Settings, Within, WrongKeyError
 
-Quantity = Literal["force", "stroke", "position", "command", "temperature", "speed"]
+Quantity = Literal[
+    "force", "stroke", "position", "command", "temperature", "speed", "pressure", "acceleration"
+]
+"""What a channel can measure; another one is a word here and its units in :data:`CHANNEL_UNITS`."""
+
+CHANNEL_UNITS: Mapping[Quantity, tuple[str, ...]] = {
+    "force": ("kN",),
+    "stroke": ("mm",),
+    "position": ("mm",),
+    "command": ("mm",),
+    "temperature": ("°C",),
+    "speed": ("mm/s",),
+    "pressure": ("bar", "MPa"),
+    "acceleration": ("m/s²",),
+}
+"""The units that a calibrated channel of each quantity can be given in."""
+
 Span = Annotated[tuple[float, float], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
 """A TOML array of two numbers."""
 

@@ -89,9 +89,34 @@ def _line_of(
     return best, length
 
 
+def _without_single_entries(
+    path: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int]
+) -> tuple[str | int, ...]:
+    """Return the path of a place as it is written where a list of one entry is written as a table."""
+    written: tuple[str | int, ...] = ()
+    for part in path:
+        entry = (*written, part)
+        if part == 0 and isinstance(part, int) and any(_is_below(known, written) for known in lines):
+            continue
+        written = entry
+    return written
+
+
+def _is_below(known: tuple[str | int, ...], table: tuple[str | int, ...]) -> bool:
+    """Return whether a line is one of a key of a table, and not of an entry of a list."""
+    return (
+        len(known) > len(table)
+        and known[: len(table)] == table
+        and isinstance(known[len(table)], str)
+        and bool(table)
+    )
+
+
 def _place(path: tuple[str | int, ...], text: str) -> str:
     """Return where it is: the line, the key, and which entry of a list, if the line does not say."""
-    line, length = _line_of(path, _lines_of_keys(text))
+    lines = _lines_of_keys(text)
+    path = _without_single_entries(path, lines)
+    line, length = _line_of(path, lines)
     key = ".".join(str(part) for part in path if not isinstance(part, int)) or "(file)"
     entries = [str(part + 1) for part in path[length:] if isinstance(part, int)]
     entry = f" (entry {', '.join(entries)})" if entries else ""

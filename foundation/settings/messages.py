@@ -64,7 +64,7 @@ class ValidationMessage:
         # Where several types were tried, the one that led furthest is what was meant.
         self._finding, self._found = max(chosen, key=lambda pair: len(pair[1].path))
         self.others = len(groups) - 1
-        self.path = (*within, *self._found.path, *_key_at_fault(self._finding))
+        self.path = (*within, *self._found.path, *self._tag_at_fault(), *_key_at_fault(self._finding))
 
     def said(self) -> tuple[str, str]:
         """Return what is wrong and what to do."""
@@ -102,6 +102,12 @@ class ValidationMessage:
                 return f"{found.tag} = “{kind}” has no key “{key}”", f"{who}; {listed}"
         near = nearest_key(key, own)
         return f"unknown key “{key}”", f"did you mean “{near}”?" if near else f"remove it; {listed}"
+
+    def _tag_at_fault(self) -> tuple[str, ...]:
+        """Return the key that names a kind, where it names one that is not there."""
+        tag, given = self._found.spot.tag, self._finding.get("input")
+        is_unknown = self._finding["type"] == "union_tag_invalid"
+        return (tag,) if is_unknown and isinstance(given, dict) and tag in given else ()
 
     def _unknown_tag(self) -> tuple[str, str]:
         found = self._found

@@ -8,14 +8,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bufferstand.foundation import FACTORS, BadInput, conversion
-from bufferstand.foundation.channels import ChannelUncertainty
+from bufferstand.foundation.channels import STROKE_CHANNELS, ChannelUncertainty
 from bufferstand.recording.foreign.record import ForeignRecord, Header
 
 REQUIRED = ("stroke_1", "force")
-PLAIN_NAMES = ("time", "stroke_1", "stroke_2", "force", "speed")
+PLAIN_NAMES = ("time", *STROKE_CHANNELS, "force", "speed")
 DATE_TIME = "date-time"
 """In place of the time's unit: its cells are dates and times."""
-_NAMES_SHOWN = "time, stroke, stroke_1, stroke_2, force, speed, temperature, temperature_1 …"
+NAMES_SHOWN = "time, stroke, stroke_1 … stroke_4, force, speed, temperature, temperature_1 …"
+"""The names of channels, as messages list them."""
 _SHORT = {"stroke": "stroke_1", "temperature": "temperature_1"}
 _HEADER = re.compile(r"(?P<name>.*?)\s*(\[(?P<square>[^\[\]]*)\]|\((?P<round>[^()]*)\))\s*", re.DOTALL)
 _TEMPERATURE = re.compile(r"temperature_[1-9]\d*")
@@ -105,7 +106,7 @@ def channel_name(name: str, said: str) -> str:
     """
     full = full_name(name)
     if full is None:
-        raise BadInput(f"{said}: “{name}” is no name of a channel", remedy=f"use one of {_NAMES_SHOWN}")
+        raise BadInput(f"{said}: “{name}” is no name of a channel", remedy=f"use one of {NAMES_SHOWN}")
     return full
 
 

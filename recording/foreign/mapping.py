@@ -13,7 +13,7 @@ from bufferstand.foundation import LOGGER_HZ, BadInput, Kind
 from bufferstand.foundation.channels import ChannelUncertainty
 from bufferstand.foundation.files import file_hash
 from bufferstand.foundation.settings import Day, Settings, Within, WrongKeyError, load_settings
-from bufferstand.recording.foreign.columns import DATE_TIME, ChannelRequest, full_name
+from bufferstand.recording.foreign.columns import DATE_TIME, NAMES_SHOWN, ChannelRequest, full_name
 
 
 def _as_texts(value: object) -> object:
@@ -148,10 +148,7 @@ class MappingFile(Settings):
         names = [full_name(name) for name in columns]
         if None in names:
             unknown = list(columns)[names.index(None)]
-            raise ValueError(
-                f"“{unknown}” is no name of a channel; use time, stroke, stroke_1, stroke_2, force, speed, "
-                "temperature, temperature_1 …"
-            )
+            raise ValueError(f"“{unknown}” is no name of a channel; use {NAMES_SHOWN}")
         if len(set(names)) < len(names):
             raise ValueError("one channel is named twice")
         return columns

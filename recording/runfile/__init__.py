@@ -49,7 +49,6 @@ if TYPE_CHECKING:
         read_document,
     )
     from bufferstand.recording.runfile.run import (
-        STROKES,
         Run,
         RunEvent,
         Series,
@@ -71,7 +70,6 @@ __all__ = [
     "KINDS",
     "SPEED_KEY",
     "STATUSES",
-    "STROKES",
     "TEMPORARY_SUFFIX",
     "USER_BLOCK_BYTES",
     "ContentFault",

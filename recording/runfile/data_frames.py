@@ -16,7 +16,7 @@ from bufferstand.recording.runfile.stream import StreamData
 if TYPE_CHECKING:
     import xarray as xr
 
-_SUFFIX = {"kN": "kN", "mm": "mm", "mm/s": "mm_per_s", "°C": "C"}
+_SUFFIX = {"kN": "kN", "mm": "mm", "mm/s": "mm_per_s", "°C": "C", "m/s²": "m_per_s2"}
 
 
 def column_name(channel: Channel) -> str:

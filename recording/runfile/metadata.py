@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from bufferstand.foundation import INSIDE_UNIT, BadInput
-from bufferstand.foundation.channels import Channel
+from bufferstand.foundation import BadInput
+from bufferstand.foundation.channels import CHANNEL_UNITS, Channel
 from bufferstand.foundation.files import canonical_json, content_hash
 
 FORMAT = "bufferstand/run"
@@ -18,8 +18,6 @@ FORMAT_VERSION = 1
 KINDS = ("static", "harmonic", "impact", "proof")
 STATUSES = ("complete", "stopped", "failed", "recovered", "imported")
 CLOCKS = ("device", "host")
-CHANNEL_UNIT = {**INSIDE_UNIT, "position": "mm", "command": "mm"}
-"""The unit in which a calibrated channel of each quantity is given."""
 
 
 @dataclass(frozen=True)
@@ -147,13 +145,13 @@ def _channel(item: Any, place: str, file: Path) -> Channel:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
         raise BadInput(f"{key}: {first['msg']}", file=file, place=place) from None
-    unit = CHANNEL_UNIT[channel.quantity]
-    if channel.unit != unit:
+    units = CHANNEL_UNITS[channel.quantity]
+    if channel.unit not in units:
         raise BadInput(
             f"channel {channel.name} is in “{channel.unit}”",
             file=file,
             place=place,
-            remedy=f"a {channel.quantity} is kept in {unit}",
+            remedy=f"a {channel.quantity} is kept in {' or '.join(units)}",
         )
     return channel
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.channels import Branch, Channel
+from bufferstand.foundation.channels import STROKE_CHANNELS, Branch, Channel, mean_of_strokes
 from bufferstand.foundation.files import content_hash
 from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
 from bufferstand.recording.runfile.clock_map import ClockMap
@@ -21,7 +21,6 @@ from bufferstand.recording.runfile.layout import ENTRY
 from bufferstand.recording.runfile.reading import DatasetReader
 from bufferstand.recording.runfile.stream import Columns, StreamData
 
-STROKES = ("stroke_1", "stroke_2")
 _KEPT_ROWS = 1_000_000
 """Calibrated channels of no more rows are kept once made: they are asked for several times."""
 
@@ -150,7 +149,7 @@ class Run:
     def has(self, channel: str) -> bool:
         """Tell whether there are samples of a channel; ``stroke`` is there if any stroke channel is."""
         if channel == "stroke":
-            return any(self.has(name) for name in STROKES)
+            return any(self.has(name) for name in STROKE_CHANNELS)
         return any(channel in stream.channels and stream.rows for stream in self.streams.values())
 
     def stream_of(self, channel: str) -> StreamData:
@@ -162,7 +161,7 @@ class Run:
             If the run has no samples of it; the message lists the channels there are.
         """
         if channel == "stroke":
-            channel = next((name for name in STROKES if self.has(name)), STROKES[0])
+            channel = next((name for name in STROKE_CHANNELS if self.has(name)), STROKE_CHANNELS[0])
         for stream in self.streams.values():
             if channel in stream.channels and stream.rows:
                 return stream
@@ -212,24 +211,24 @@ class Run:
         )
 
     def stroke(self) -> Series:
-        """Return the stroke: the mean of ``stroke_1`` and ``stroke_2``, or the one that is present.
+        """Return the stroke: the mean of ``stroke_1`` … ``stroke_4``, as many as there are, or the only one.
 
-        The mean is true at the mean of both times: where their delays differ, that is exact to the first
+        The mean is true at the mean of their times: where their delays differ, that is exact to the first
         order, and nothing need be interpolated.
 
         Raises
         ------
         BadInput
-            As :meth:`series`, and if the two are not sampled at the same instants.
+            As :meth:`series`, and if they are not sampled at the same instants.
         """
-        names = [name for name in STROKES if self.has(name)] or [STROKES[0]]
+        names = [name for name in STROKE_CHANNELS if self.has(name)] or [STROKE_CHANNELS[0]]
         self._check_common_instants(names)
         return mean_stroke([self.series(name) for name in names])
 
     def _check_common_instants(self, wires: Sequence[str]) -> None:
         if len({self.stream_of(name).name for name in wires}) > 1:
             raise BadInput(
-                "stroke_1 and stroke_2 are of different streams: no common instants", file=self.path
+                f"{' and '.join(wires)} are of different streams: no common instants", file=self.path
             )
 
     def blocks(self, channels: Sequence[str], rows: int) -> Iterator[dict[str, Series]]:
@@ -370,9 +369,7 @@ def mean_stroke(wires: Sequence[Series]) -> Series:
     """Return the mean of the draw wires at the mean of their times (:meth:`Run.stroke`), or the only one."""
     if len(wires) == 1:
         return wires[0]
-    one, two = wires
-    together = one.time_s is two.time_s or np.array_equal(one.time_s, two.time_s)
-    time_s = one.time_s if together else 0.5 * (one.time_s + two.time_s)
-    mean = one.value + two.value
-    mean *= 0.5
-    return Series(time_s, mean, one.unit)
+    first, *others = wires
+    together = all(one.time_s is first.time_s or np.array_equal(one.time_s, first.time_s) for one in others)
+    time_s = first.time_s if together else mean_of_strokes([one.time_s for one in wires])
+    return Series(time_s, mean_of_strokes([one.value for one in wires]), first.unit)

@@ -79,6 +79,24 @@ AMPLIFIERS: dict[str, Table] = {
 }
 
 
+CHANNELS = {
+    "amplifier": {"name": "force_2", "quantity": "force", "unit": "kN"},
+    "sensor": {"name": "pressure_1", "quantity": "pressure", "unit": "bar"},
+}
+SCALE = {"calibration": {"id": "a", "coefficients": [0.0, 1e-3]}}
+INSTRUMENTS: dict[str, Table] = {
+    "amplifier": {"rate_Hz": 50.0, "range_kN": 630.0, "channel": CHANNELS["amplifier"] | SCALE},
+    "sensor": {"kind": "modbus", "rate_Hz": 50.0, "channel": CHANNELS["sensor"] | SCALE},
+}
+"""An entry of each list of instruments, without what only its kind has …"""
+KEYS: dict[str, Table] = {
+    "gsv2": {"port": "a", "gsv2": AMPLIFIERS["gsv2"]},
+    "aed": {"port": "a", "aed": AMPLIFIERS["aed"]},
+    "modbus": {"modbus": AMPLIFIERS["modbus"]},
+}
+"""… and that."""
+
+
 def base_campaign(kind: str = "harmonic", *, nested: str = "") -> Table:
     """Return a campaign with one step of a kind; ``nested`` puts a step of that kind into a repetition."""
     step = {"kind": kind, **copy.deepcopy(STEPS[kind])}
@@ -114,6 +132,10 @@ def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
     :class:`bufferstand.foundation.settings.bounds.NumericKey`.
     """
     document = copy.deepcopy(document)
+    if path[0] in INSTRUMENTS and path[1:2] == ("[]",):
+        kind = next((part.removeprefix("kind=") for part in path if part.startswith("kind=")), "modbus")
+        own = KEYS[kind] | ({"protocol": kind} if path[0] == "amplifier" else {})
+        document[path[0]] = [copy.deepcopy(INSTRUMENTS[path[0]] | own)]
     names = [part for part in path if not part.startswith("kind=")]
     here: Any = document
     for at, part in enumerate(names[:-1]):

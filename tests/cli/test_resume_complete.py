@@ -30,8 +30,8 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lab:
         raise AssertionError("asked for, or started")
 
     for name in (
-        "bufferstand.cli.campaign.running.consent_to_move",
-        "bufferstand.cli.campaign.running.perform",
+        "bufferstand.cli.campaign.consent_to_move",
+        "bufferstand.cli.campaign.perform",
     ):
         monkeypatch.setattr(name, touched)
     return lab

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from datetime import date, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,13 @@ import jsonschema
 import pytest
 from pydantic import ConfigDict, TypeAdapter
 
-from bufferstand.cli.commands.schema import NAMES, schema_of
+from bufferstand.cli.commands import schema as command
+from bufferstand.cli.commands.schema import NAMES
+from bufferstand.evaluation.catalogue.every_quantity import QUANTITIES
+from bufferstand.evaluation.catalogue.quantity import Quantity
 from bufferstand.evaluation.document.build import evaluate_paths
-from bufferstand.evaluation.facts import document_types
+from bufferstand.evaluation.facts import document_types, quantity_entries
+from bufferstand.evaluation.facts.run_facts import Options
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES = ROOT / "sample_runs"
@@ -30,6 +35,17 @@ FILES = {
     "profile": sorted((ROOT / "drivers").rglob("profiles/*.toml")),
     "model": sorted((SAMPLES / "models").glob("*.toml")),
 }
+
+
+@cache
+def schema_of(name: str) -> dict[str, Any]:
+    return command.schema_of(name)
+
+
+@cache
+def evaluated() -> str:
+    """Return the evaluation document of all samples."""
+    return json.dumps(evaluate_paths([SAMPLES / "runs"], Options(draws=100)))
 
 
 def as_json(value: Any) -> Any:
@@ -75,12 +91,67 @@ def test_a_mistyped_value_is_marked_at_its_place() -> None:
 
 def test_the_document_holds_the_keys_of_its_schema_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     strict = ConfigDict(strict=True, extra="forbid")
-    for name, described in vars(document_types).items():
-        if name.endswith(("Entry", "Document")) and isinstance(described, type) and described is not dict:
+    for name, described in {**vars(document_types), **vars(quantity_entries)}.items():
+        if name.endswith(("Entry", "Document")) and isinstance(described, type):
             monkeypatch.setattr(described, "__pydantic_config__", strict, raising=False)
-    made = json.dumps(evaluate_paths([SAMPLES / "runs"]))
-    TypeAdapter(document_types.EvaluationDocument).validate_json(made)
-    jsonschema.validate(json.loads(made), schema_of("evaluation"))
+    TypeAdapter(document_types.EvaluationDocument).validate_json(evaluated())
+    jsonschema.validate(json.loads(evaluated()), schema_of("evaluation"))
+
+
+def part_of_schema(name: str) -> dict[str, Any]:
+    """Return the schema of a part of the document."""
+    return {"$ref": f"#/$defs/{name}", "$defs": schema_of("evaluation")["$defs"]}
+
+
+@pytest.mark.parametrize("entry", QUANTITIES, ids=QUANTITIES.names)
+def test_a_quantity_is_in_the_schema_as_the_catalogue_has_it(entry: Quantity) -> None:
+    parts = schema_of("evaluation")["$defs"]
+    found = parts["CycleEntry"]
+    for key in entry.path:
+        found = found["properties"][key]
+        found = parts[found["$ref"].rpartition("/")[2]] if "$ref" in found else found
+    for told in (found, parts["SummaryEntry"]["properties"][entry.name]):
+        assert (told["title"], told["unit"]) == (entry.label, entry.unit)
+        assert entry.meaning in told["description"]
+    assert [kind["type"] for kind in found["anyOf"]] == ["number", "null"]
+
+
+@pytest.mark.parametrize(
+    ("change", "valid"),
+    [
+        ({}, True),
+        ({"damping": None}, True),
+        ({"dampnig": 0.4}, False),
+        ({"damping": "much"}, False),
+        ({"complete": "yes"}, False),
+        ({"temperature_C": {"start": None, "max": 31.5}}, True),
+        ({"temperature_C": {"start": None}}, False),
+        ({"temperature_C": {"start": None, "max": None, "least": 3.0}}, False),
+        ({"expanded_uncertainty": {"dampnig": 0.01}}, False),
+        ({"missing": {"U(damping)": "too few samples"}}, True),
+        ({"missing": {"U(dampnig)": "too few samples"}}, False),
+    ],
+)
+def test_a_cycle_with_a_key_or_a_type_of_its_own_is_marked(change: dict[str, Any], valid: bool) -> None:
+    cycle = json.loads(evaluated())["runs"][0]["cycles"][0]
+    assert jsonschema.Draft202012Validator(part_of_schema("CycleEntry")).is_valid(cycle | change) is valid
+
+
+def test_a_cycle_without_one_of_its_keys_is_marked() -> None:
+    schema = jsonschema.Draft202012Validator(part_of_schema("CycleEntry"))
+    cycle = json.loads(evaluated())["runs"][0]["cycles"][0]
+    for key in cycle:
+        assert not schema.is_valid({name: value for name, value in cycle.items() if name != key}), key
+
+
+def test_a_summary_with_a_key_or_a_type_of_its_own_is_marked() -> None:
+    schema = jsonschema.Draft202012Validator(part_of_schema("SummaryEntry"))
+    summary = json.loads(evaluated())["runs"][0]["summary"]
+    assert schema.is_valid(summary)
+    assert not schema.is_valid(summary | {"dampnig": summary["damping"]})
+    assert not schema.is_valid(summary | {"damping": 0.4})
+    assert not schema.is_valid(summary | {"damping": summary["damping"] | {"k": 2}})
+    assert not schema.is_valid(summary | {"cycles_used": ["first"]})
 
 
 def test_the_command_prints_the_schema_and_nothing_else() -> None:

@@ -108,6 +108,10 @@ AMPLIFIER = (
     '[amplifier]\nprotocol = "{0}"\nport = "p"\nrate_Hz = 10.0\nrange_kN = 630.0\n[amplifier.channel]\n'
     'name = "force_2"\nquantity = "force"\nunit = "kN"\n[amplifier.{0}]\n'
 )
+SENSOR = (
+    '[sensor]\nkind = "modbus"\nport = "p"\nrate_Hz = 10.0\n[sensor.channel]\nname = "pressure_1"\n'
+    'quantity = "pressure"\nunit = "bar"\n[sensor.modbus]\nmap = "dms-float"\n'
+)
 SPECIMEN = '[specimen]\nid = "A"\n[test]\n[catalogue]\npoints = [[0.0, 15.0], [50.0, 100.0]]\n'
 FAULTS = '[[fault]]\ntarget = "controller"\nkind = "lost"\n'
 FILES: Mapping[str, tuple[type[BaseModel], str]] = {
@@ -115,9 +119,12 @@ FILES: Mapping[str, tuple[type[BaseModel], str]] = {
     "stand": (StandFile, STAND + AMPLIFIER.replace("{0}", "gsv2")),
     "aed": (StandFile, STAND + AMPLIFIER.replace("{0}", "aed")),
     "modbus": (StandFile, STAND + AMPLIFIER.replace("{0}", "modbus") + 'map = "dms-float"\n'),
+    "sensor": (StandFile, STAND + SENSOR),
     "specimen": (SpecimenFile, SPECIMEN),
     "faults": (FaultFile, FAULTS),
 }
+TAGS = ("kind", "do", "protocol")
+"""Keys that decide between tables."""
 NOT_PLAIN = re.compile(
     r"\bNone\b|\bTrue\b|\bFalse\b|Settings|another value|(?i:input|valid|tuple|\bdict|field required|extra"
     r"|literal|instance|pattern|string|integer|boolean|\bitems?\b|\bfloat|\bint\b|pydantic|\bmodel_)"
@@ -176,7 +183,7 @@ def tables(
     yield at, node
     for key, value in document.items():
         for option in options(node["properties"][key], defs):
-            if isinstance(value, dict) and "properties" in option:
+            if isinstance(value, dict) and "properties" in option and fits(option, value):
                 yield from tables(option, value, defs, (*at, key))
             elif isinstance(value, list) and "items" in option:
                 for number, one in enumerate(value):
@@ -187,7 +194,7 @@ def tables(
 
 def fits(node: Mapping[str, Any], table: Document) -> bool:
     """Return whether a table is of the kind that a schema is about."""
-    tag = next((tag for tag in ("kind", "do") if "const" in node["properties"].get(tag, {})), None)
+    tag = next((tag for tag in TAGS if "const" in node["properties"].get(tag, {})), None)
     return tag is None or node["properties"][tag]["const"] == table[tag]
 
 
@@ -270,10 +277,10 @@ def test_a_wrong_value_of_any_key_is_named_in_plain_words_with_what_to_write(nam
     document = tomllib.loads(text)
     tried = 0
     for at, table in tables(json_schema, document, defs):
-        if name in ("aed", "modbus") and "amplifier" not in at:
+        if name in ("aed", "modbus", "sensor") and not {"amplifier", "sensor"} & set(at):
             continue  # of the rest the one file of a stand is enough
         for key, node in table["properties"].items():
-            if key in ("kind", "do") and "const" in node:
+            if key in TAGS and "const" in node:
                 continue  # decides between tables: see below
             for value in wrong_values(node, defs):
                 text = with_value(document, (*at, key), value)

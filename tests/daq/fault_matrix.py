@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 
 from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.daq.operator.progress import CampaignProgress
-from bufferstand.drivers.simulated.faults.schedule import CHANNELS, FAULTS, ScheduledFault
+from bufferstand.drivers.simulated.faults.schedule import FAULTS, ScheduledFault
 from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.recording.recorder import RunRecorder
 from tests.daq.run_in_process import facts_of, sample_plan
 from tests.daq.test_in_process import campaign
 
+CHANNELS = ("force", "stroke_1", "stroke_2", "position")
+"""Measured channels of the sample stand, each of which can fail."""
 PHASES = ("before start", "ramp", "harmonic", "hold", "cool-down", "recording close")
 _SEEN = {"ramp": "ramp", "harmonic": "motion", "hold": "hold", "cool-down": "cool-down"}
 

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bufferstand.drivers.simulated.faults.schedule import CHANNELS
 from bufferstand.drivers.simulated.faults.schedule import FAULTS as INJECTED
 from bufferstand.recording.runfile.file import open_run
 from bufferstand.recording.sealing.verification import verify
-from tests.daq.fault_matrix import PHASES, Cell, every_fault, run_cell
+from tests.daq.fault_matrix import CHANNELS, PHASES, Cell, every_fault, run_cell
 
 WIRE = r"controller or its wire failed|controller at in process"
 SENSOR = r"temperature_1 \(spring plate 3\) has given no true reading for"

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import bufferstand.daq.guards.kinds
 from bufferstand.daq.guards.catalogue import GROUP, Kind, kinds
 from bufferstand.daq.guards.guard import Guard
 from bufferstand.daq.guards.kinds.agreement import AgreementGuard
@@ -37,6 +36,7 @@ from tests.bounds.files import Files, base_campaign
 from tests.daq.cases import HARMONIC, ListRecorder
 from tests.daq.test_guard_table import STATUS, jumping, panel, reading, samples
 from tests.daq.test_runner import Case
+from tests.house.house_page import example_of, source_of
 from tests.monitor.test_publisher import Connecting
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -311,10 +311,7 @@ def test_the_difference_of_both_forces_is_shown_as_the_guard_has_it() -> None:
 
 def code_of_docs() -> str:
     """Return the guard that the docs' page shows."""
-    text = (DOCS / "how-to" / "add-a-guard.md").read_text("utf-8")
-    found = re.search(r"```python\n(.*?)```", text, re.DOTALL)
-    assert found is not None
-    return found[1]
+    return example_of("add-a-guard.md", "python")
 
 
 @pytest.fixture
@@ -332,8 +329,9 @@ def anew(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
 
 def beside(folder: Path, patch: pytest.MonkeyPatch) -> None:
     """Put the guard beside the others, in a folder of its own."""
-    (folder / "force_rate.py").write_text(code_of_docs(), "utf-8")
-    package: ModuleType = bufferstand.daq.guards.kinds
+    file = Path(source_of("Add a guard", "force_rate"))
+    (folder / file.name).write_text(code_of_docs(), "utf-8")
+    package: ModuleType = importlib.import_module(".".join(("bufferstand", *file.parent.parts)))
     patch.setattr(package, "__path__", [*package.__path__, str(folder)])
 
 

@@ -20,7 +20,7 @@ from bufferstand.daq.guards.kinds.status_force import (
 from bufferstand.daq.guards.panel import GuardPanel
 from bufferstand.daq.guards.trips import Action
 from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopSettings
-from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock, scale
+from bufferstand.daq.scaling import ScaledBlock, scale
 from bufferstand.daq.stand.in_use import use_trouble
 from bufferstand.daq.stand.start_checks import apart_trouble, stroke_trouble, zero_trouble
 from bufferstand.drivers.interfaces import ControllerStatus, EndReason, MotionState, SampleBlock, Stand
@@ -64,7 +64,7 @@ def test_a_channel_without_numbers_stops_whatever_guard_says_it(name: str, wrong
     assert watched.trip is not None
 
 
-@given(name=st.sampled_from(["force", *STROKE_WIRES]), wrong=NO_NUMBERS, row=st.integers(0, 199))
+@given(name=st.sampled_from(["force", "stroke_1", "stroke_2"]), wrong=NO_NUMBERS, row=st.integers(0, 199))
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
 def test_one_such_sample_of_force_or_stroke_is_an_emergency(name: str, wrong: float, row: int) -> None:
     watched = panel()

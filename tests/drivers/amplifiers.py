@@ -13,18 +13,17 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from bufferstand.drivers.instruments.wire_device import WireDevice
 from bufferstand.drivers.interfaces import SampleBlock, Sensor, SensorFault
 from bufferstand.drivers.modbus.link import Table
 from bufferstand.drivers.register_maps.amplifier_map import AmplifierMap, AmplifierRegister
-from bufferstand.drivers.simulated.machine.device import AmplifierValues
-from bufferstand.drivers.simulated.wires.amplifiers import WireDevice
+from bufferstand.drivers.simulated.machine.instruments import InstrumentValues
 from bufferstand.drivers.simulated.wires.modbus_amplifier import AmplifierBank
 from bufferstand.drivers.simulated.wires.modbus_requests import Responder
 from bufferstand.drivers.simulated.wires.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
-from bufferstand.drivers.simulated.wires.serial_pty import AmplifierPty
+from bufferstand.drivers.simulated.wires.serial_pty import InstrumentPty
 from bufferstand.drivers.stand_file.loading import load_stand
-from bufferstand.drivers.stand_file.schema import AmplifierSettings
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump
 from tests.drivers.servers import loop_thread
@@ -39,7 +38,7 @@ def for_16_bits(text: str) -> str:
     return text.replace("7.885695443832332e-05", f"{7.885695443832332e-05 * 256}")
 
 
-def amplifier_settings(folder: Path, table: str, *, extra: str = "") -> AmplifierSettings:
+def amplifier_settings(folder: Path, table: str, *, extra: str = "") -> Any:
     """Return the settings of a stand file whose ``[amplifier]`` keys (up to its channel) are replaced."""
     text = SAMPLE_STAND.read_text(encoding="utf-8")
     text = re.sub(
@@ -53,18 +52,16 @@ def amplifier_settings(folder: Path, table: str, *, extra: str = "") -> Amplifie
         text = for_16_bits(text)
     path = folder / "stand.toml"
     path.write_text(text, encoding="utf-8")
-    settings = load_stand(path).amplifier
-    assert settings is not None
-    return settings
+    return load_stand(path).amplifier[0]
 
 
 class FarEnd:
     """A simulated amplifier on a pty, pumped by a thread; values are given by the test."""
 
-    def __init__(self, link: Path, device: WireDevice, rate_Hz: float = 250.0) -> None:
-        self._frames: deque[AmplifierValues] = deque()
+    def __init__(self, link: Path, device: WireDevice) -> None:
+        self._frames: deque[InstrumentValues] = deque()
         self.device = device
-        self.pty = AmplifierPty(link, self._frames, rate_Hz, device)
+        self.pty = InstrumentPty(link, self._frames, device)
         self.heard = b""
         self.told: dict[str, int | bool] = {}
         self._guard = threading.Lock()
@@ -81,7 +78,7 @@ class FarEnd:
     def give(self, *counts: int, overload: bool = False, drop: int = 0) -> None:
         """Let the amplifier measure values, and send them with its next pump."""
         with self._guard:
-            self._frames.append(AmplifierValues(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
+            self._frames.append(InstrumentValues(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
             self.pty.pump(overload=overload, drop=drop)
 
     def close(self) -> None:

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.drivers.amplifiers.aed.amplifier import AedAmplifier, icr_of
+from bufferstand.drivers.amplifiers.aed.simulated import AedDevice
 from bufferstand.drivers.amplifiers.aed.values import (
     BinaryDecoder,
     continuous_decoder,
@@ -17,7 +18,6 @@ from bufferstand.drivers.amplifiers.aed.values import (
     parse_text,
     status_words,
 )
-from bufferstand.drivers.simulated.wires.amplifiers import AedDevice
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import Collector, FarEnd, amplifier_settings, until
@@ -194,7 +194,7 @@ def test_what_the_status_byte_says() -> None:
 
 
 def opened(tmp_path: Path, table: str, device: AedDevice) -> tuple[FarEnd, AedAmplifier]:
-    far = FarEnd(tmp_path / "wire", device, 100.0)
+    far = FarEnd(tmp_path / "wire", device)
     return far, AedAmplifier(tmp_path / "wire", amplifier_settings(tmp_path, BASE + table), WallClock())
 
 

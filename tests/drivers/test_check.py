@@ -36,7 +36,7 @@ class Wires:
         self.device = server.device
         self.far = far
         self.root = root
-        endpoints = Endpoints("127.0.0.1", server.port, far.path, root)
+        endpoints = Endpoints("127.0.0.1", server.port, {"amplifier": far.path}, root)
         self.stand_file: StandFile = with_endpoints(load_stand(SAMPLE_STAND), endpoints)
 
     def check(self) -> list[CheckRow]:
@@ -112,7 +112,7 @@ def test_a_sound_stand(wires: Wires) -> None:
 def test_nothing_answers(tmp_path: Path, profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
-    endpoints = Endpoints("127.0.0.1", port, tmp_path / "no-port", tmp_path / "no-folder")
+    endpoints = Endpoints("127.0.0.1", port, {"amplifier": tmp_path / "no-port"}, tmp_path / "no-folder")
     rows = check_stand(with_endpoints(load_stand(SAMPLE_STAND), endpoints), WallClock(), TODAY)
     assert faults(rows) == [
         ("controller", "connection"),
@@ -194,7 +194,9 @@ def test_calibrations_and_clones(wires: Wires) -> None:
     path = wires.root / "stand.toml"
     path.write_text(text, encoding="utf-8")
     other = wires.stand_file
-    endpoints = Endpoints(other.controller.host, other.controller.port, wires.far.path, wires.root)
+    endpoints = Endpoints(
+        other.controller.host, other.controller.port, {"amplifier": wires.far.path}, wires.root
+    )
     wires.stand_file = with_endpoints(load_stand(path), endpoints)
     rows = wires.check()
     assert row(rows, "controller", "calibration force").remark == "its certificate has no “valid_until”"
@@ -232,7 +234,7 @@ def test_a_stand_that_does_not_open_leaves_nothing_open(wires: Wires) -> None:
 
 
 def test_the_stands_own_tilt_limit_judges_the_draw_wires() -> None:
-    assert difference_row(10.0, 10.9).verdict is Verdict.OK
-    strict = difference_row(10.0, 10.9, 0.5)
+    assert difference_row("stroke_1", "stroke_2", -0.9).verdict is Verdict.OK
+    strict = difference_row("stroke_1", "stroke_2", -0.9, 0.5)
     assert strict.verdict is Verdict.FAULT
     assert strict.remark == "the draw wires disagree; look for tilt, a slack or a snagged wire"

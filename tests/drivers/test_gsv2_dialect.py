@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
 from bufferstand.drivers.amplifiers.gsv2.frames import SHORT, FrameDecoder
+from bufferstand.drivers.amplifiers.gsv2.simulated import Gsv2Device, encode_short_frames
 from bufferstand.drivers.amplifiers.text_values import LineDecoder, decimal_counts
-from bufferstand.drivers.simulated.wires.amplifiers import Gsv2Device, encode_short_frames
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import Collector, FarEnd, amplifier_settings, until
@@ -113,7 +113,7 @@ def test_somebody_else_on_the_line_is_named(tmp_path: Path, wire: Path) -> None:
 def test_lines_of_text_are_values_too(tmp_path: Path, wire: Path) -> None:
     table = BASE.replace("250.0", "100.0") + 'gsv2 = { frame = "text", set_up = true, decimals = 2 }'
     device = Gsv2Device(100.0, decimals=2, unit="kN")
-    far = FarEnd(wire, device, 100.0)
+    far = FarEnd(wire, device)
     amplifier = Gsv2Amplifier(wire, amplifier_settings(tmp_path, table), WallClock())
     got = Collector(amplifier)
     try:

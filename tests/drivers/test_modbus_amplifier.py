@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from bufferstand.drivers.amplifiers.modbus import ModbusAmplifier
-from bufferstand.drivers.connect_sensors import build_amplifier
+from bufferstand.drivers.amplifiers.modbus.amplifier import ModbusAmplifier
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.modbus.link import ModbusLink
 from bufferstand.drivers.modbus.wires import TcpWire
 from bufferstand.drivers.register_maps.amplifier_map import SHIPPED_MAPS, AmplifierMap, load_amplifier_map
 from bufferstand.drivers.stand_file.loading import load_stand
-from bufferstand.drivers.stand_file.schema import AmplifierSettings
 from bufferstand.drivers.transcripts.recorder import record_wires
 from bufferstand.drivers.transcripts.transcript import read_transcript
 from bufferstand.foundation.clock import WallClock
@@ -29,7 +29,7 @@ TABLE = (
 )
 
 
-def stand_settings(folder: Path, port: int, rate: float = 100.0, extra: str = "") -> AmplifierSettings:
+def stand_settings(folder: Path, port: int, rate: float = 100.0, extra: str = "") -> Any:
     return amplifier_settings(folder, TABLE.format(port=port, rate=rate), extra=extra)
 
 
@@ -255,7 +255,7 @@ def test_a_missing_map_lists_those_there_are(tmp_path: Path, server: RegisterAmp
 
 def test_the_stand_file_leads_to_it(tmp_path: Path, server: RegisterAmplifier) -> None:
     stand_settings(tmp_path, server.port)
-    amplifier = build_amplifier(load_stand(tmp_path / "stand.toml"), WallClock())
+    amplifier = build_sensors(load_stand(tmp_path / "stand.toml"), WallClock())[0]
     assert isinstance(amplifier, ModbusAmplifier)
     amplifier.start()
     amplifier.close()
@@ -265,13 +265,12 @@ def test_its_wire_is_recorded_byte_by_byte(tmp_path: Path, server: RegisterAmpli
     stand_settings(tmp_path, server.port)
     record = tmp_path / "session.txt"
     with record_wires(load_stand(tmp_path / "stand.toml"), record) as tapped:
-        amplifier = build_amplifier(tapped, WallClock())
-        assert amplifier is not None
+        amplifier = build_sensors(tapped, WallClock())[0]
         amplifier.start()
         got = Collector(amplifier)
         until(lambda: bool(got.take().blocks))
         amplifier.close()
-    assert "# amplifier: TCP, map dms-float, unit 1" in record.read_text(encoding="utf-8")
+    assert "# amplifier: modbus, TCP" in record.read_text(encoding="utf-8")
     pieces = [piece for piece in read_transcript(record) if piece.wire == "amplifier"]
     asked = b"".join(piece.data for piece in pieces if piece.sign == ">")
     answered = b"".join(piece.data for piece in pieces if piece.sign == "<")

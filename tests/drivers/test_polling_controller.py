@@ -167,6 +167,8 @@ def test_samples_are_what_the_converters_show(served: Served) -> None:
     while sum(len(block.time_us) for block in blocks) < 20:
         if (block := controller.read_block()) is not None:
             blocks.append(block)
+        else:
+            time.sleep(0.002)  # the server in this process needs its turn
     controller.close()
     _, columns = stand.ring.window(0, stand.ring.total)
     for name in ("force", "stroke_1", "stroke_2", "position", "command"):

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from bufferstand.drivers.instruments.wire_address import SerialAddress
 from bufferstand.drivers.register_maps.profile import SHIPPED
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import (
-    CONTROLLER_CHANNELS,
     Endpoints,
     StandFile,
     StandFileLimits,
@@ -27,6 +27,16 @@ SAMPLE = re.sub(
 """Without its optional limits, so that a test can state its own."""
 SPEED = "speed_max_mm_per_s = 800.0\n"
 """The last of the required limits: what is optional is put behind it."""
+
+
+def amplifier_port(stand: StandFile) -> Path:
+    """Return the serial device of the only amplifier."""
+    (one,) = stand.instruments
+    wire = one.kind.wire(one.settings, one.folder)
+    assert isinstance(wire, SerialAddress)
+    return wire.path
+
+
 POSITION = SAMPLE[
     SAMPLE.index("[[controller.channel]] # signed") : SAMPLE.index('[[controller.channel]]\nname = "command"')
 ]
@@ -46,8 +56,8 @@ def test_the_shipped_stand() -> None:
     stand = load_stand(SAMPLE_STAND)
     assert stand.limits.force_max_kN == 600.0
     assert stand.controller.port == 15020
-    assert {channel.name for channel in stand.controller.channel} == set(CONTROLLER_CHANNELS)
-    assert stand.amplifier_port() == SAMPLE_STAND.parent / "wires" / "amplifier"
+    assert {channel.name for channel in stand.controller.channel} == set(stand.profile().sampled)
+    assert amplifier_port(stand) == SAMPLE_STAND.parent / "wires" / "amplifier"
     assert stand.w1_root() == SAMPLE_STAND.parent / "wires" / "w1" / "devices"
     assert stand.temperature is not None
     assert [sensor.role for sensor in stand.temperature.sensor] == ["specimen", "specimen", "ambient"]
@@ -62,8 +72,7 @@ def test_shipped_coefficients_are_those_of_the_devices() -> None:
     assert slope["stroke_1"] == slope["stroke_2"] == 500.0 / 65536
     assert slope["position"] == slope["command"] == 0.01
     assert slope["force"] * 2**31 > stand.limits.force_max_kN  # int32 counts reach beyond the limit
-    assert stand.amplifier is not None
-    assert stand.amplifier.channel.calibration.coefficients[1] == pytest.approx(
+    assert stand.instruments[0].channel.calibration.coefficients[1] == pytest.approx(
         1.05 * 630.0 / 0x7FFFFF, rel=1e-12
     )
 
@@ -86,10 +95,13 @@ def test_amplifier_and_sensors_are_optional(tmp_path: Path) -> None:
     path = tmp_path / "stand.toml"
     path.write_text(text, encoding="utf-8")
     stand = load_stand(path)
-    assert stand.amplifier is None
-    assert stand.amplifier_port() is None
+    assert stand.amplifier == ()
+    assert not stand.instruments
     assert stand.w1_root() is None
-    assert with_endpoints(stand, Endpoints(amplifier_port=tmp_path, w1_root=tmp_path)).amplifier is None
+    assert (
+        with_endpoints(stand, Endpoints(instruments={"amplifier": tmp_path}, w1_root=tmp_path)).amplifier
+        == ()
+    )
 
 
 def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(tmp_path: Path) -> None:
@@ -127,10 +139,29 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         ('name = "stroke_2"', 'name = "stroke_1"', "channel “stroke_1” is there twice"),
         (
             'name = "stroke_2"',
-            'name = "stroke_3"',
-            "the controller has no channel “stroke_3”; its channels are force,",
+            'name = "stroke_5"',
+            "no channel “stroke_5”; its channels are force, position, command (further ones force_2 …),",
         ),
-        (POSITION, "", "the controller's channels are incomplete; add position"),
+        (
+            'name = "stroke_2"',
+            'name = "stroke_3"',
+            "“stroke_2” is not there, though a later one is; number the draw wires from 1 on",
+        ),
+        (
+            'name = "stroke_2"\nquantity = "stroke"\nunit = "mm"',
+            'name = "pressure_1"\nquantity = "pressure"\nunit = "psi"',
+            "unit = “psi” is not possible for the channel “pressure_1”; write unit = “bar”",
+        ),
+        (
+            'name = "stroke_2"\nquantity = "stroke"\nunit = "mm"',
+            'name = "force_2"\nquantity = "force"\nunit = "kN"',
+            "two channels of the stand have the name “force_2”; give each its own",
+        ),
+        (
+            POSITION,
+            "",
+            "channels are incomplete; add position (position: the following error is counted from it",
+        ),
         ("force_max_kN = 600.0", "force_max_kN = 630000", "limits.force_max_kN: 630000.0 is too large"),
         (
             'unit = "kN"',
@@ -140,7 +171,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         (
             'protocol = "gsv2"',
             'protocol = "gsv8"',
-            "amplifier.protocol: “gsv8” is not known here; write “gsv2”",
+            "amplifier.protocol: protocol = “gsv8” is not known; write “aed”, “gsv2” or “modbus”",
         ),
         (
             "rate_Hz = 250.0",
@@ -205,23 +236,51 @@ def test_what_cannot_be_is_refused_with_file_and_place(
     assert str(tmp_path / "stand.toml") in str(caught.value)
 
 
-def test_a_profile_with_other_channels_does_not_fit(tmp_path: Path) -> None:
-    text = (SHIPPED / "ring.toml").read_text(encoding="utf-8").replace('"command:i16"', '"valve:i16"')
+@pytest.mark.parametrize(
+    ("sample", "message"),
+    [
+        (
+            '"command:i16", "valve:i16"',
+            "ring.sample: the controller has no channel “valve”; its channels are",
+        ),
+        ('"valve:i16"', "ring.sample must name each of force, stroke_1, position, command exactly once"),
+        ('"command:i16", "command:i16"', "ring.sample must name each of force, stroke_1, position, command"),
+        (
+            '"command:i16", "pressure_1:u16"',
+            "samples pressure_1, which the stand file does not describe; add a [[controller.channel]] of",
+        ),
+    ],
+)
+def test_a_profile_with_other_channels_does_not_fit(tmp_path: Path, sample: str, message: str) -> None:
+    text = (SHIPPED / "ring.toml").read_text(encoding="utf-8").replace('"command:i16"', sample)
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(
-        BadInput, match="the ring must sample exactly force, stroke_1, stroke_2, position, command"
-    ):
+    with pytest.raises(BadInput, match=re.escape(message)):
         load_stand(changed(tmp_path, ('profile = "ring"', 'profile = "mine.toml"')))
+
+
+def test_a_stand_file_with_a_channel_that_its_profile_does_not_sample(tmp_path: Path) -> None:
+    wire, pressure = 'name = "stroke_2"\nquantity = "stroke"', 'name = "speed_1"\nquantity = "speed"'
+    with pytest.raises(BadInput, match="profile “ring” samples stroke_2, which the stand file does not"):
+        load_stand(changed(tmp_path, (f'{wire}\nunit = "mm"', f'{pressure}\nunit = "mm/s"')))
+    more = '\n[[controller.channel]]\nname = "speed_1"\nquantity = "speed"\nunit = "mm/s"\n\n[amplifier]\n'
+    with pytest.raises(
+        BadInput,
+        match=r"does not sample “speed_1”; it samples force, stroke_1, stroke_2, position, command; "
+        r"leave the channel out, or name a profile whose ring\.sample has it, e\.g\. “speed_1:i16”",
+    ):
+        load_stand(changed(tmp_path, ("\n[amplifier]\n", more)))
 
 
 def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:
     stand = load_stand(SAMPLE_STAND)
     other = with_endpoints(
         stand,
-        Endpoints(host="::1", port=4711, amplifier_port=tmp_path / "pty", w1_root=tmp_path / "w1"),
+        Endpoints(
+            host="::1", port=4711, instruments={"amplifier": tmp_path / "pty"}, w1_root=tmp_path / "w1"
+        ),
     )
     assert (other.controller.host, other.controller.port) == ("::1", 4711)
-    assert other.amplifier_port() == tmp_path / "pty"
+    assert amplifier_port(other) == tmp_path / "pty"
     assert other.w1_root() == tmp_path / "w1"
     assert other.path == stand.path
     before, after = stand.model_dump(mode="json"), other.model_dump(mode="json")
@@ -241,9 +300,9 @@ def test_a_copy_of_a_stand_file_can_keep_the_devices_of_the_original(tmp_path: P
     original = load_stand(SAMPLE_STAND)
     (tmp_path / "copy.toml").write_text(SAMPLE, encoding="utf-8")
     copy = load_stand(tmp_path / "copy.toml")
-    assert copy.amplifier_port() != original.amplifier_port()
+    assert amplifier_port(copy) != amplifier_port(original)
     wired = wires_from(copy, SAMPLE_STAND.parent)
-    assert wired.amplifier_port() == original.amplifier_port()
+    assert amplifier_port(wired) == amplifier_port(original)
     assert wired.w1_root() == original.w1_root()
     assert wired.controller == original.controller
 
@@ -265,7 +324,7 @@ def test_a_serial_1_wire_adapter_and_a_networked_amplifier_have_no_folder_and_no
     stand = load_stand(changed(tmp_path, (W1, 'kind = "ds2480b"\nport = "wires/onewire"\n'), (GSV2, MODBUS)))
     assert stand.w1_root() is None
     assert stand.onewire_port() == tmp_path / "wires" / "onewire"
-    assert stand.amplifier_port() is None
+    assert stand.instruments[0].settings.port == ""
     elsewhere = wires_from(stand, SAMPLE_STAND.parent)
     assert elsewhere.onewire_port() == SAMPLE_STAND.parent.absolute() / "wires" / "onewire"
     assert elsewhere.amplifier == stand.amplifier
@@ -276,8 +335,12 @@ def test_a_serial_1_wire_adapter_and_a_networked_amplifier_have_no_folder_and_no
     [
         (W1, 'kind = "ds2480b"\n', "port names the serial device of kind = “ds2480b”"),
         ('kind = "w1"', 'kind = "w1"\nport = "a"', "port names the serial device of kind = “ds2480b”"),
-        (GSV2, GSV2 + "aed = { output = 9 }\n", "there is a table [amplifier.aed] beside protocol = “gsv2”"),
-        (GSV2, GSV2.replace("gsv2", "modbus"), "protocol = “modbus” needs a table [amplifier.modbus]"),
+        (GSV2, GSV2 + "aed = { output = 9 }\n", "protocol = “gsv2” has no key “aed”; it is a key of aed"),
+        (
+            GSV2,
+            GSV2.replace("gsv2", "modbus"),
+            "amplifier.modbus: this key is missing; add it: a table under [amplifier.modbus]",
+        ),
         (GSV2, GSV2.replace('port = "wires/amplifier"\n', ""), "port must name the serial device"),
         (GSV2, GSV2 + "gsv2 = { rate_code = 7 }\n", "rate_code is only sent with set_up = true"),
         (

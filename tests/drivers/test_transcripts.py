@@ -29,7 +29,9 @@ def test_the_driver_repeats_the_session(name: str, tmp_path: Path) -> None:
             found = SESSIONS[name](with_endpoints(file, Endpoints(host="127.0.0.1", port=port)))
     else:
         with replayed_line(name, wire, tmp_path) as (path, replay):
-            found = SESSIONS[name](with_endpoints(file, Endpoints(amplifier_port=path, onewire_port=path)))
+            found = SESSIONS[name](
+                with_endpoints(file, Endpoints(instruments={"amplifier": path}, onewire_port=path))
+            )
     assert replay.problem == ""
     assert found == kept
 
@@ -98,10 +100,10 @@ def test_a_live_session_becomes_a_transcript_that_can_be_replayed(tmp_path: Path
 @pytest.mark.slow
 def test_a_wire_that_cannot_be_tapped_is_left_to_the_drivers(tmp_path: Path) -> None:
     file = load_stand(SAMPLE_STAND)
-    dead = with_endpoints(file, Endpoints(port=1, amplifier_port=tmp_path / "nothing"))
+    dead = with_endpoints(file, Endpoints(port=1, instruments={"amplifier": tmp_path / "nothing"}))
     kept = tmp_path / "session.txt"
     with record_wires(dead, kept) as tapped:
-        assert tapped.amplifier_port() == tmp_path / "nothing"
+        assert tapped.instruments[0].settings.port == str(tmp_path / "nothing")
         rows = check_stand(tapped, WallClock(), watch_s=0.0)
     told = {row.device: row.remark for row in rows if row.item == "connection"}
     assert "No such file" in told["amplifier"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -12,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 
 from bufferstand.evaluation.archive.run_queries import FIELDS
@@ -27,6 +27,7 @@ from bufferstand.evaluation.report.content.numbers import quantity_cell
 from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.docs.symbols_page import PAGE, row
 from tests.evaluation.signals import STATED, Ellipse
+from tests.house.house_page import example_of, package_with, source_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ROOT / "sample_runs" / "runs"
@@ -215,6 +216,7 @@ found = {
     "none": said("runs", folder, "--where", "hysteresis > 1e6", "--json", "-"),
     "all": said("runs", folder, "--where", "hysteresis > 0", "--json", "-"),
     "names": QUANTITIES.names,
+    "schema": json.loads(said("schema", "evaluation")),
     "terminal": terminal,
     "symbols": page(),
     "report": headings(build_content(source)),
@@ -229,21 +231,9 @@ found = {
 def further(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Evaluate two runs with a package that has one more file, and nothing else that is not in this one."""
     root = tmp_path_factory.mktemp("further")
-    package, runs = root / "bufferstand", root / "runs"
-    (package / "evaluation").mkdir(parents=True)
+    runs = root / "runs"
+    package_with(root, source_of("Add a quantity", "hysteresis"), FURTHER)
     runs.mkdir()
-    for own in (ROOT / "bufferstand").iterdir():
-        if own.name not in ("evaluation", "__pycache__"):
-            (package / own.name).symlink_to(own.resolve())
-    for module in (ROOT / "evaluation").iterdir():
-        if module.name != "__pycache__":
-            (package / "evaluation" / module.name).symlink_to(module)
-    (package / "evaluation" / "catalogue").unlink()
-    (package / "evaluation" / "catalogue").mkdir()
-    for module in (ROOT / "evaluation" / "catalogue").iterdir():
-        if module.name != "__pycache__":
-            (package / "evaluation" / "catalogue" / module.name).symlink_to(module)
-    (package / "evaluation" / "catalogue" / "hysteresis_quantities.py").write_text(FURTHER, encoding="utf-8")
     for name in ("003-harmonic-20mm-20mm-0.318Hz.h5", "005-harmonic-20mm-20mm-1.27Hz.h5"):
         (runs / name).write_bytes((SHIPPED / name).read_bytes())
     environment = {**os.environ, "PYTHONPATH": f"{root}:{ROOT}", "XDG_CACHE_HOME": str(root / "cache")}
@@ -269,6 +259,10 @@ def test_a_further_quantity_is_one_file(further: Path) -> None:
         assert lacking
         assert all(cycle["missing"][NAME] == "; ".join(cycle["why"]) for cycle in lacking)
     assert "hysteresis" in {trend["quantity"] for trend in document["trends"]}
+    jsonschema.validate(document, found["schema"])
+    for part in ("CycleEntry", "SummaryEntry"):
+        told = found["schema"]["$defs"][part]["properties"][NAME]
+        assert (told["title"], told["unit"]) == ("Hysteresis", "kN")
     for table in ("cycles.csv", "runs.csv"):
         head = (further / table).read_text(encoding="utf-8").partition("\n")[0].split(",")
         assert {NAME, f"U({NAME})"} <= set(head)
@@ -287,10 +281,8 @@ def test_a_further_quantity_is_one_file(further: Path) -> None:
 
 
 def test_the_entry_of_the_how_to_is_taken() -> None:
-    page = (ROOT / "docs" / "how-to" / "add-a-quantity.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     found: dict[str, Any] = {}
-    exec(code, found)
+    exec(example_of("add-a-quantity.md", "python"), found)
     assert Catalogue([*QUANTITIES, *found["ENTRIES"]]).names[-1] == NAME
 
 

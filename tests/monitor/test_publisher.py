@@ -8,18 +8,24 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bufferstand.daq.monitor.publisher import LISTENERS, LIVE_NAME, Publisher, publishing
+from bufferstand.daq.monitor.publisher import LISTENERS, LIVE_NAME, Publisher, further_channels, publishing
 from bufferstand.daq.monitor.sample_rows import MOST_ROWS, RowBuffer
 from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.drivers.interfaces import StreamFacts
+from bufferstand.foundation.channels.channel import Channel
 from tests.daq.cases import HARMONIC, Lines
 from tests.daq.test_runner import Case
+
+if TYPE_CHECKING:
+    from bufferstand.daq.acquisition.loop import Acquisition
 
 FLOOD = 3000
 """Packets that are more than any listener's buffer holds."""
@@ -258,3 +264,29 @@ def test_a_long_path_is_no_obstacle(tmp_path: Path) -> None:
         with pytest.raises(OSError):  # noqa: PT011 - too long for the plain way
             listener(folder)
         assert [path.name for path in folder.iterdir()] == [LIVE_NAME]
+
+
+def test_channels_without_a_place_of_their_own_are_named_with_their_unit() -> None:
+    channels = (
+        Channel(name="force", quantity="force", unit="kN"),
+        Channel(name="pressure_1", quantity="pressure", unit="bar"),
+        Channel(name="acceleration_1", quantity="acceleration", unit="m/s²"),
+    )
+    facts = StreamFacts("controller", "device", channels, 1000.0, "test")
+    values = {"force": 10.0, "pressure_1": 3.33333, "acceleration_1": float("nan")}
+    latest = SimpleNamespace(values=values | {"force_2": 9.9, "force_3": 9.8, "temperature_1": 20.0})
+    beside = [
+        StreamFacts(stream, "host", (Channel(name=name, quantity=quantity, unit=unit),), 10.0, "test")
+        for stream, name, quantity, unit in (
+            ("amplifier", "force_2", "force", "kN"),
+            ("amplifier_2", "force_3", "force", "kN"),
+            ("temperature_1", "temperature_1", "temperature", "°C"),
+        )
+    ]
+    sensors = [SimpleNamespace(facts=one) for one in beside]
+    stand = SimpleNamespace(controller=SimpleNamespace(facts=facts), sensors=sensors)
+    assert further_channels(cast("Acquisition", SimpleNamespace(latest=latest, stand=stand))) == [
+        {"name": "pressure_1", "value": 3.3333, "unit": "bar"},
+        {"name": "acceleration_1", "value": None, "unit": "m/s²"},
+        {"name": "force_3", "value": 9.8, "unit": "kN"},
+    ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -90,14 +91,16 @@ def test_a_scan_that_is_too_slow_is_no_good_stand_to_check(
 @pytest.mark.parametrize("peer", BOTH)
 def test_a_second_program_touches_nothing(peer: str, program: Program, tmp_path: Path) -> None:
     with controller(Case(peer), program(peer), tmp_path) as running:
-        campaign = write_campaign(tmp_path, cycles=20)
+        campaign = write_campaign(tmp_path, cycles=500)
         words = command("run", campaign, "--out", tmp_path / "one", *armed("run"))
         with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as one:
             place = running.wait_for(started(HARMONIC), meanwhile=one)
             two = bufferstand("run", campaign, "--out", tmp_path / "two", *armed("run"))
+            assert one.poll() is None, "the first ran on meanwhile"
+            one.send_signal(signal.SIGINT)
             said, _ = one.communicate(timeout=120)
         assert two.returncode in {3, 4}, two.stdout + two.stderr
-        assert one.returncode == 0, said
+        assert one.returncode == 3, said
         armed_since = [e["code"] for e in running.events()[place + 1 :] if e["event"] == "armed"]
         assert set(armed_since) <= {1, 5}, (
             "only the first program's hold and release came after its sine began"

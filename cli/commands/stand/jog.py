@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from bufferstand.daq.operator import DeadManSwitch
     from bufferstand.daq.stand import ManualStand
     from bufferstand.drivers.stand_file import StandFile
+    from bufferstand.foundation.channels import Channel
 
 STEP_MAX_MM = 1.0
 """Without a terminal, in which a key can be held, one command moves so far at most."""
 SHOWN_S = 0.1
 """Where it is is shown this often while it moves [s of the wall]."""
-SHOWN = ("position", "force", "stroke_1", "stroke_2")
+SHOWN = ("position", "force", "stroke")
+"""Quantities that are shown, in this order."""
 
 
 @click.command("jog", epilog="Example:  bufferstand stand jog stand.toml --to 0 --to 50 --to 100")
@@ -97,7 +99,7 @@ def command(
                 if held_key:
                     _while_held(hand, goals, speed, seconds, clock.wall_s)
                 else:
-                    _show_header()
+                    _show_header(hand)
                     hand.jog(goals[0], speed, lambda: True)
                     _show_row(hand, goals[0], seconds)
         except Halt as halt:
@@ -141,7 +143,7 @@ def _while_held(
     dead_man = DeadManSwitch(wall_s)
     with characters_from(sys.stdin, dead_man.press):
         say("hold any key to move, let go to hold; q ends")
-        _show_header()
+        _show_header(hand)
         for goal in goals:
             if not _reached(hand, goal, speed, dead_man):
                 return
@@ -152,7 +154,7 @@ def _reached(hand: ManualStand, goal: float, speed: float, dead_man: DeadManSwit
     """Return whether the goal was reached; False where it was ended by key or for idleness."""
     from bufferstand.cli.stand_by_hand import show_there
 
-    shown_s = [float("-inf")]
+    shown_s, names = [float("-inf")], [channel.name for channel in _shown(hand)]
 
     def watch() -> None:
         now_s = hand.acquisition.clock.wall_s()
@@ -160,7 +162,7 @@ def _reached(hand: ManualStand, goal: float, speed: float, dead_man: DeadManSwit
             return
         shown_s[0] = now_s
         values = hand.acquisition.latest.values
-        text = ", ".join(f"{name} {values[name]:.2f}" for name in SHOWN if name in values)
+        text = ", ".join(f"{name} {values[name]:.2f}" for name in names if name in values)
         show_there(f"to {goal:g} mm: {text}")
 
     while not (dead_man.quit or dead_man.idle()):
@@ -173,8 +175,16 @@ def _reached(hand: ManualStand, goal: float, speed: float, dead_man: DeadManSwit
     return False
 
 
-def _show_header() -> None:
-    click.echo(f"{'target mm':>10}" + "".join(f"{name:>12}{'counts':>12}" for name in SHOWN))
+def _shown(hand: ManualStand) -> list[Channel]:
+    """Return the controller's channels that are shown."""
+    channels = hand.acquisition.stand.controller.facts.channels
+    shown = [one for one in channels if one.quantity in SHOWN]
+    return sorted(shown, key=lambda one: (SHOWN.index(one.quantity), one.name))
+
+
+def _show_header(hand: ManualStand) -> None:
+    names = [channel.name for channel in _shown(hand)]
+    click.echo(f"{'target mm':>10}" + "".join(f"{name:>12}{'counts':>12}" for name in names))
 
 
 def _show_row(hand: ManualStand, goal: float, seconds: float) -> None:
@@ -187,13 +197,12 @@ def _show_row(hand: ManualStand, goal: float, seconds: float) -> None:
         hand.driver.wait(seconds)
     finally:
         hand.acquisition.observers.remove(samples.take)
-    channels = {channel.name: channel for channel in hand.acquisition.stand.controller.facts.channels}
     cells = [f"{goal:10.3f}"]
-    for name in SHOWN:
-        values = samples.column(name)
+    for channel in _shown(hand):
+        values = samples.column(channel.name)
         mean = float(values.mean()) if values.size else float("nan")
         try:
-            counts = f"{channels[name].calibration.invert_linear(mean):12.1f}"
+            counts = f"{channel.calibration.invert_linear(mean):12.1f}"
         except ValueError:  # a polynomial without an inverse
             counts = f"{'–':>12}"
         cells.append(f"{mean:12.4f}{counts}")

@@ -71,10 +71,9 @@ def command(
             click.echo(f"controller   Modbus TCP {served.host}:{served.port}")
         else:
             click.echo(f"controller   Modbus RTU {served.controller_serial}")
-        if served.amplifier_port is not None:
-            click.echo(f"amplifier    {served.amplifier_port}")
-        if served.amplifier_host is not None:
-            click.echo(f"amplifier    Modbus TCP {served.amplifier_host}:{served.amplifier_tcp_port}")
+        for stream, place in served.instruments.items():
+            shown = place if isinstance(place, str) else f"Modbus TCP {place[0]}:{place[1]}"
+            click.echo(f"{stream:<12} {shown}")
         if served.w1_root is not None:
             click.echo(f"1-Wire       {served.w1_root}")
         if served.onewire_port is not None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bufferstand.drivers import ControllerStatus
     from bufferstand.foundation.channels import Channel, ChannelZero, Zero
 
-CHANNELS = ("force", "force_2", "stroke_1", "stroke_2")
+CHANNELS = ("force", "force_2", "stroke_1", "stroke_2", "stroke_3", "stroke_4")
 REST_S = 2.0
 MOST_NOISE = {"kN": 1.0, "mm": 0.1}
 """A channel that scatters more than this (standard deviation) is not at rest."""

@@ -1,4 +1,4 @@
-"""The guard of the two ways to the force: through the controller, and through an amplifier of its own."""
+"""The guard of the two ways to the force: of the controller, and ``force_2``."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class AgreementMemory:
 
 @dataclass(frozen=True)
 class AgreementGuard(Guard[AgreementMemory]):
-    """The force through the controller and through its own amplifier must agree in the mean.
+    """The force through the controller and through ``force_2`` must agree in the mean.
 
     Means over windows of the samples' own time are compared, because the two clocks differ by the wire's
     latency: at 1500 kN/s ten milliseconds are 15 kN that nothing is wrong with, and in the mean of 5 s
@@ -81,7 +81,8 @@ class AgreementGuard(Guard[AgreementMemory]):
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:
         """Return it where there is a second way."""
-        if FORCE_2_STREAM in site.sensors:
+        channels = site.stand.controller.facts.channels
+        if FORCE_2_STREAM in site.sensors or any(one.name == "force_2" for one in channels):
             yield cls(site.table.agreement_kN, action=site.does("agreement"))
 
     def look(self, memory: AgreementMemory, sight: Sight, beside: Beside) -> tuple[AgreementMemory, Found]:
@@ -119,8 +120,8 @@ def evaluate_agreement(
     tuple of AgreementMemory and Trip or None
         A trip when ``windows`` windows in a row have disagreed (then again after as many).
     """
-    signal = "force" if "force" in block.values else "force_2"
-    if signal not in block.values or not len(block):
+    there = [signal for signal in memory.sums if signal in block.values]
+    if not there or not len(block):
         return memory, None
     if device_clock:
         memory = replace(
@@ -131,18 +132,19 @@ def evaluate_agreement(
         math.floor((int(at_us) / 1e6 + offset_s) / guard.window_s)
         for at_us in (block.time_us[0], block.time_us[-1])
     )
-    mine = dict(memory.sums[signal])
     number = None
     if first != last:  # most blocks lie in one window
         number = np.floor((block.time_us / 1e6 + offset_s) / guard.window_s).astype(np.int64)
-    for window in range(first, last + 1):  # time never steps back within a block
-        inside = block.values[signal] if number is None else block.values[signal][number == window]
-        if not inside.size:
-            continue
-        before = mine.get(window, WindowSum())
-        mine[window] = WindowSum(before.total + float(inside.sum()), before.count + len(inside))
-    newest = dict(sorted(mine.items())[-WINDOWS_KEPT:])
-    memory = replace(memory, sums={**memory.sums, signal: newest})
+    for signal in there:
+        mine = dict(memory.sums[signal])
+        for window in range(first, last + 1):  # time never steps back within a block
+            inside = block.values[signal] if number is None else block.values[signal][number == window]
+            if not inside.size:
+                continue
+            before = mine.get(window, WindowSum())
+            mine[window] = WindowSum(before.total + float(inside.sum()), before.count + len(inside))
+        newest = dict(sorted(mine.items())[-WINDOWS_KEPT:])
+        memory = replace(memory, sums={**memory.sums, signal: newest})
     if not memory.sums["force"] or not memory.sums["force_2"]:
         return memory, None
     return _compare_windows(guard, memory, block)
@@ -174,7 +176,7 @@ def _disagreement(guard: AgreementGuard, difference_kN: float, block: ScaledBloc
     return Trip(
         "agreement",
         guard.action,
-        f"force and force_2 (its own amplifier) differ by {difference_kN:+.2f} kN in the mean of "
+        f"force and force_2 (the second way to it) differ by {difference_kN:+.2f} kN in the mean of "
         f"{guard.window_s:g} s, {guard.windows} times in a row (tolerance {guard.tolerance_kN:g} kN): "
         "check both calibrations and zeros",
         block.received_s,

@@ -79,7 +79,7 @@ class ChannelGuard(Guard[ChannelMemory]):
 
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:
-        """Return the four of every stand."""
+        """Return the four of every stand; of one with a single draw wire, which shows no tilt, three."""
         table, limits = site.table, site.limits
         tilt_mm = table.tilt_max_mm or site.stand_tilt_mm or DEFAULT_TILT_MM
         error_mm = limits.following_error_max_mm
@@ -101,8 +101,11 @@ class ChannelGuard(Guard[ChannelMemory]):
             "stroke (mean of the draw wires on the specimen)",
             site.does("stroke"),
         )
-        label, does = "tilt (stroke_1 − stroke_2)", site.does("tilt")
-        yield cls("tilt", "tilt", tilt_mm, -tilt_mm, "mm", label, does, table.tilt_hold_s)
+        wires = sum(one.quantity == "stroke" for one in site.stand.controller.facts.channels)
+        if wires > 1:
+            pair = "stroke_1 − stroke_2" if wires == 2 else "largest difference of two draw wires"
+            does = site.does("tilt")
+            yield cls("tilt", "tilt", tilt_mm, -tilt_mm, "mm", f"tilt ({pair})", does, table.tilt_hold_s)
         yield cls(
             "following error",
             "following_error",

@@ -15,8 +15,8 @@ from bufferstand.daq.guards.site import Site
 from bufferstand.daq.guards.trips import Action, Trip
 from bufferstand.daq.scaling import ScaledBlock
 
-MEASURED = ("force", "stroke_1", "stroke_2", "position")
-"""Channels of the controller that must move when the command does."""
+MEASURED = ("force", "stroke", "position")
+"""Quantities of the controller's channels that must move when the command does."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,11 @@ class FrozenGuard(Guard[FrozenMemory]):
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:
         """Return one for each measured channel that the controller has."""
-        there = {channel.name for channel in site.stand.controller.facts.channels}
-        return (cls(name, action=site.does("frozen")) for name in MEASURED if name in there)
+        channels = sorted(
+            (one for one in site.stand.controller.facts.channels if one.quantity in MEASURED),
+            key=lambda one: (MEASURED.index(one.quantity), one.name),
+        )
+        return (cls(one.name, action=site.does("frozen")) for one in channels)
 
     @property
     def key(self) -> str:

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 from bufferstand.daq.guards.guard import Beside, Found, Guard
 from bufferstand.daq.guards.margin import Margin
 from bufferstand.daq.guards.sights import Complaint, PassOver, Samples, Sight
-from bufferstand.daq.guards.site import FORCE_2_STREAM, Site
+from bufferstand.daq.guards.site import Site
 from bufferstand.daq.guards.trips import Action, Trip
 
 
@@ -50,9 +50,11 @@ class SilenceGuard(Guard[SilenceMemory]):
 
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:
-        """Return that of the amplifier, where there is one."""
-        if FORCE_2_STREAM in site.sensors:
-            yield cls(FORCE_2_STREAM, site.table.amplifier_silence_s, site.does("amplifier_silence"))
+        """Return one for each amplifier and sensor; thermometers have a guard of their own."""
+        for stream in site.sensors:
+            if stream in site.thermometers:
+                continue
+            yield cls(stream, site.table.amplifier_silence_s, site.does("amplifier_silence"))
 
     @property
     def key(self) -> str:

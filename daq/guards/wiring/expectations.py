@@ -51,7 +51,8 @@ def wiring_guard(
         Seconds of the stand in one of the wall.
     """
     facts = (stand.controller.facts, *(sensor.facts for sensor in stand.sensors))
-    thermometers = [one.name for one in facts if one.channels[0].quantity == "temperature"]
+    sensors = [sensor.facts for sensor in stand.sensors]
+    thermometers = [one.name for one in sensors if one.channels[0].quantity == "temperature"]
     conditions = plan.campaign.content.conditions
     return WiringGuard(
         action=action,

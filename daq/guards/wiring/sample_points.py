@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.scaling import STROKE_WIRES, ScaledBlock
+from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.foundation.channels import STROKE_CHANNELS
 
 Floats = NDArray[np.float64]
 
@@ -108,7 +109,7 @@ class SamplePoints:
         return tuple(name for name in self.names if name.startswith("stroke"))
 
     def _begin(self, block: ScaledBlock) -> None:
-        wires: Sequence[str] = [name for name in STROKE_WIRES if name in block.values] or ["stroke"]
+        wires: Sequence[str] = [name for name in STROKE_CHANNELS if name in block.values] or ["stroke"]
         wanted = ("command", "position", *wires, "force")
         self.names = tuple(name for name in wanted if name in block.values)
         delays = [self._delays_s.get(name, 0.0) for name in self.names]

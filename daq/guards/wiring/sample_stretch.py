@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.foundation.channels import STROKE_CHANNELS
+
 Floats = NDArray[np.float64]
 
 SMOOTHED_S = 0.02
@@ -40,7 +42,7 @@ class SampleStretch:
     @property
     def wires(self) -> tuple[str, ...]:
         """Return the draw wires there are."""
-        return tuple(name for name in self.values if name in ("stroke_1", "stroke_2"))
+        return tuple(name for name in self.values if name in STROKE_CHANNELS)
 
     @property
     def told(self) -> Floats | None:

@@ -7,6 +7,7 @@ wire is held against the other, which goes with the piston, and the force agains
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import permutations
 from typing import Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from bufferstand.daq.guards.wiring.piston_scale import misled
 from bufferstand.daq.guards.wiring.positions import BACK_S, explained_late_s, late_piston, late_wires
 from bufferstand.daq.guards.wiring.sample_stretch import Floats, SampleStretch
 from bufferstand.daq.guards.wiring.settings import WiringGuard
+from bufferstand.foundation.channels import tilt_of_strokes
 from bufferstand.foundation.numbers import likeness
 
 Limited = Literal["force", "stroke"]
@@ -110,18 +112,18 @@ def _leapt_unseen(stretch: SampleStretch) -> SignalDoubt | None:
 
 
 def _wire(guard: WiringGuard, stretch: SampleStretch, zeros_mm: Mapping[str, float]) -> SignalDoubt | None:
-    """Return a doubt of the wire that does not go with the piston, where the other one does."""
+    """Return a doubt of the wire that does not go with the piston, where another one does."""
     smooth = stretch.smoothed()
     way = smooth.values.get("position", smooth.told)
-    if way is None or len(smooth.wires) != 2:
+    if way is None or len(smooth.wires) < 2:
         return None
     gone = {name: smooth.values[name] - zeros_mm.get(name, 0.0) for name in smooth.wires}
-    apart_mm = float(np.max(np.abs(np.subtract(*gone.values()))))
+    apart_mm = float(np.max(np.abs(tilt_of_strokes(list(gone.values())))))
     force_kN = np.maximum(smooth.values.get("force", np.zeros(len(way))), 0.0)
     given_mm = 0.5 * sum(guard.given_way_mm(1.0)) * force_kN
-    pressed = np.maximum(*gone.values()) > PRESSED_MM
+    pressed = np.maximum.reduce(list(gone.values())) > PRESSED_MM
     off = {name: (way - given_mm - value)[pressed] for name, value in gone.items()}
-    for own, other in (smooth.wires, smooth.wires[::-1]):
+    for own, other in permutations(smooth.wires, 2):
         moved = float(np.ptp(gone[other])) > MOVED_MM and np.count_nonzero(pressed) > 5
         if not moved or _spread(off[other]) > RIGHT_MM + RIGHT_SHARE * apart_mm:
             continue

@@ -102,6 +102,7 @@ const show = {
     const c = state.sections.campaign || {};
     put("force-more", c.force_max_kN ? `limit ${c.force_max_kN} kN` : "");
     put("stroke-more", n.tilt_mm === null || n.tilt_mm === undefined ? "" : `tilt ${fixed(n.tilt_mm, 2)} mm`);
+    put("further", (n.further || []).map((one) => `${one.name} ${fixed(one.value, 2)} ${one.unit}`).join(", "));
     put("cycle", n.cycles ? `${n.cycle} / ${n.cycles}` : String(n.cycle ?? "–"));
     const part = { "lead-in": ", leading in", "run-out": ", running out" }[n.part] || "";
     put("phase", (n.phase || "") + part);

@@ -1,4 +1,4 @@
-"""HBM AED amplifiers (AD101B, AD104): commands and formats of values."""
+"""HBM AED amplifiers: commands, and values in text and binary."""
 
 from typing import TYPE_CHECKING
 

@@ -10,10 +10,10 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from bufferstand.drivers.amplifiers.aed.settings import AedAmplifierSettings
 from bufferstand.drivers.amplifiers.aed.values import continuous_decoder, single_decoder, status_words
-from bufferstand.drivers.amplifiers.serial import Complain, Decoder, SerialAmplifier, StreamValue
+from bufferstand.drivers.amplifiers.serial import STREAM, Complain, Decoder, SerialAmplifier, StreamValue
 from bufferstand.drivers.serial_line import SerialLine
-from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.foundation import Clock, DeviceFault
 
 STOP = b"STP;"
@@ -48,11 +48,11 @@ class AedDialect:
 
     Parameters
     ----------
-    settings : AmplifierSettings
+    settings : AedAmplifierSettings
         With the data rate, and the table ``aed``.
     """
 
-    def __init__(self, settings: AmplifierSettings) -> None:
+    def __init__(self, settings: AedAmplifierSettings) -> None:
         self._settings = settings.aed
         self.identity = ""
         self.request = b""
@@ -177,13 +177,17 @@ class AedAmplifier(SerialAmplifier):
     ----------
     port : Path
         Serial device.
-    settings : AmplifierSettings
+    settings : AedAmplifierSettings
         Baud rate, data rate, channel, table ``aed``.
     clock : Clock
         Stand time for the stamps, wall time for the judgement of silence.
+    stream : str
+        What its samples are called.
     """
 
-    def __init__(self, port: Path, settings: AmplifierSettings, clock: Clock) -> None:
+    def __init__(
+        self, port: Path, settings: AedAmplifierSettings, clock: Clock, stream: str = STREAM
+    ) -> None:
         super().__init__(
             port,
             settings,
@@ -191,10 +195,11 @@ class AedAmplifier(SerialAmplifier):
             AedDialect(settings),
             f"AED at {Path(settings.port).name}",
             even_parity=settings.aed.parity == "even",
+            stream=stream,
         )
 
 
-def _jump(settings: AmplifierSettings, most: float) -> float | None:
+def _jump(settings: AedAmplifierSettings, most: float) -> float | None:
     """Return the change in counts from value to value that cannot be; None if any can at so low a rate.
 
     By the channel's ``rate_per_s`` if it states one (and its calibration is a line), else ``most`` at rates

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from bufferstand.drivers.amplifiers.gsv2.frames import SHORT, FrameDecoder
-from bufferstand.drivers.amplifiers.serial import Complain, Decoder, SerialAmplifier, StreamValue
+from bufferstand.drivers.amplifiers.gsv2.settings import Gsv2AmplifierSettings, Gsv2Settings
+from bufferstand.drivers.amplifiers.serial import STREAM, Complain, Decoder, SerialAmplifier, StreamValue
 from bufferstand.drivers.amplifiers.text_values import LineDecoder, decimal_counts
 from bufferstand.drivers.serial_line import SerialLine
-from bufferstand.drivers.stand_file import AmplifierSettings, Gsv2Settings
 from bufferstand.foundation import Clock, DeviceFault
 
 SET_ZERO = b"\x0c"
@@ -72,13 +72,13 @@ class Gsv2Dialect:
 
     Parameters
     ----------
-    settings : AmplifierSettings
+    settings : Gsv2AmplifierSettings
         With the data rate, and the table ``gsv2``.
     """
 
     request = b""
 
-    def __init__(self, settings: AmplifierSettings) -> None:
+    def __init__(self, settings: Gsv2AmplifierSettings) -> None:
         self._rate_Hz = settings.rate_Hz
         self._settings: Gsv2Settings = settings.gsv2
         self.saturation = settings.gsv2.ends
@@ -193,12 +193,16 @@ class Gsv2Amplifier(SerialAmplifier):
     ----------
     port : Path
         Serial device.
-    settings : AmplifierSettings
+    settings : Gsv2AmplifierSettings
         Baud rate, data rate, channel, table ``gsv2``.
     clock : Clock
         Stand time for the stamps, wall time for the judgement of silence.
+    stream : str
+        What its samples are called.
     """
 
-    def __init__(self, port: Path, settings: AmplifierSettings, clock: Clock) -> None:
+    def __init__(
+        self, port: Path, settings: Gsv2AmplifierSettings, clock: Clock, stream: str = STREAM
+    ) -> None:
         device = f"GSV-2 at {Path(settings.port).name}"
-        super().__init__(port, settings, clock, Gsv2Dialect(settings), device)
+        super().__init__(port, settings, clock, Gsv2Dialect(settings), device, stream=stream)

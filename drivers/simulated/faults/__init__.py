@@ -17,7 +17,6 @@ if TYPE_CHECKING:
         FrameFaults,
     )
     from bufferstand.drivers.simulated.faults.schedule import (
-        CHANNELS,
         FOREVER_S,
         FaultSchedule,
         ScheduledFault,
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "CHANNELS",
     "FOREVER_S",
     "SOCKET",
     "FaultControl",

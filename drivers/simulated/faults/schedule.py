@@ -13,7 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from bufferstand.drivers.register_maps import quantity_of
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.channels import STROKE_CHANNELS
 from bufferstand.foundation.settings import alternatives, shown
 
 Setting = float | str
@@ -59,13 +61,14 @@ FAULTS: Mapping[str, Mapping[str, Mapping[str, Setting]]] = {
 
 ONCE = ("trip", "watchdog", "clock-jump", "overrun", "resync")
 """Faults that happen at an instant; the others last."""
-CHANNELS = ("force", "stroke_1", "stroke_2", "position")
-"""Channels whose transducer can fail."""
+_MEASURED = ("force", *STROKE_CHANNELS, "position")
+"""Channels whose transducer can fail, as messages name them; of further ones those that can, too."""
 FOREVER_S = float("inf")
 
 _NAMES: Mapping[str, Sequence[str]] = {"side": ("low", "high")}
 _MOST: Mapping[str, float] = {"share": 1.0, "code": 255.0, "delay_s": 60.0, "bytes": 64.0, "keep": 65536.0}
 _TARGET = re.compile(r"^temperature_[1-9][0-9]*$")
+_INSTRUMENT = re.compile(r"^(amplifier|sensor)(_([2-9]|[1-9][0-9]+))?$")
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?"
 _FORM = re.compile(
     rf"^(?P<target>[a-z][a-z0-9_]*)=(?P<kind>[a-z0-9-]+)(?:@(?P<start>{_NUMBER})(?::(?P<end>{_NUMBER}))?)?"
@@ -81,7 +84,8 @@ class ScheduledFault:
     Parameters
     ----------
     target : str
-        ``controller``, ``amplifier``, ``temperature_1`` … or a channel of the controller.
+        ``controller``, ``amplifier``, ``sensor_2``, ``temperature_1`` … or a measured channel of the
+        controller.
     kind : str
         Name of the fault, see :data:`FAULTS`.
     start_s, end_s : float
@@ -240,13 +244,15 @@ def target_class(target: str) -> str:
     BadInput
         If there is no such target.
     """
-    if target in {"controller", "amplifier"}:
+    if target == "controller":
         return target
-    if target in CHANNELS:
-        return "channel"
+    if _INSTRUMENT.match(target):
+        return "amplifier"
     if _TARGET.match(target):
         return "temperature"
-    known = ("controller", "amplifier", *CHANNELS, "temperature_1")
+    if quantity_of(target) not in (None, "command"):
+        return "channel"
+    known = ("controller", "amplifier", *_MEASURED, "temperature_1")
     raise BadInput(
         f"there is no “{target}” that could fail{nearest(target, known)}",
         place=f"fault {target}",

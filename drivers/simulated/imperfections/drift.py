@@ -45,13 +45,17 @@ class TransducerDrift:
     warm_up_s: float = 3600.0
 
     @classmethod
-    def of(cls, settings: SimulationSettings) -> Self:
-        """Return the drift of the force and the two draw wires, in this order."""
+    def of(cls, settings: SimulationSettings, wires: int = 2) -> Self:
+        """Return the drift of the force and so many draw wires, in this order; the third is as the first."""
+
+        def each(pair: tuple[float, float]) -> tuple[float, ...]:
+            return tuple(pair[wire % 2] for wire in range(wires))
+
         return cls(
-            (settings.force_zero_kN, *settings.wire_zero_mm),
-            (settings.force_drift_kN_per_h, *settings.wire_drift_mm_per_h),
-            (settings.force_zero_kN_per_K, *settings.wire_zero_mm_per_K),
-            (settings.force_gain_per_K, settings.wire_gain_per_K, settings.wire_gain_per_K),
+            (settings.force_zero_kN, *each(settings.wire_zero_mm)),
+            (settings.force_drift_kN_per_h, *each(settings.wire_drift_mm_per_h)),
+            (settings.force_zero_kN_per_K, *each(settings.wire_zero_mm_per_K)),
+            (settings.force_gain_per_K, *[settings.wire_gain_per_K] * wires),
             settings.warm_up_K,
             settings.warm_up_s,
         )

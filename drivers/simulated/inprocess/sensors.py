@@ -8,10 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.drivers.amplifiers import resync_text, with_saturation
+from bufferstand.drivers.instruments import Instrument
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
-from bufferstand.drivers.simulated.machine import AmplifierValues, SimulatedDevice, Thermometer
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.simulated.machine import (
+    InstrumentValues,
+    SimulatedDevice,
+    SimulatedInstrument,
+    Thermometer,
+)
 from bufferstand.drivers.thermometers import FAULT_TEXTS, ReadingFault
 from bufferstand.foundation.channels import PlausibilityWatch
 
@@ -30,45 +35,52 @@ def reading_fault(kind: str | None) -> ReadingFault | None:
     return _READING_FAULTS.get(kind or "") or ReadingFault(kind)
 
 
-class InProcessAmplifier:
-    """The amplifier's stream, as a Sensor of :mod:`bufferstand.drivers.interfaces`.
+class InProcessInstrument:
+    """An instrument beside the controller, as a Sensor of :mod:`bufferstand.drivers.interfaces`.
 
     Parameters
     ----------
     device : SimulatedDevice
-    stand_file : StandFile
-        With an amplifier.
+    instrument : Instrument
+        Of its stand file.
+    simulated : SimulatedInstrument
+        The same, in the device.
     clock : VirtualClock
     """
 
-    def __init__(self, device: SimulatedDevice, stand_file: StandFile, clock: VirtualClock) -> None:
-        amplifier = stand_file.amplifier
-        form = device.amplifier_form
-        if amplifier is None or form is None:
-            raise ValueError("the stand has no amplifier")
+    def __init__(
+        self,
+        device: SimulatedDevice,
+        instrument: Instrument,
+        simulated: SimulatedInstrument,
+        clock: VirtualClock,
+    ) -> None:
+        channel, form = instrument.channel, simulated.form
         self._device = device
+        self._frames = simulated.frames
         self._form = form
         self._passed = 0
         self._clock = clock
-        self._name = amplifier.channel.name
+        self._stream = instrument.stream
+        self._name = channel.name
         self._sequence = 0
-        self._calibration = amplifier.channel.calibration
-        self._watch = PlausibilityWatch(with_saturation(amplifier.channel, (form.low, form.high)))
+        self._calibration = channel.calibration
+        self._watch = PlausibilityWatch(with_saturation(channel, (form.low, form.high)))
         self._wrong: set[str] = set()
         self._lost = self._resyncs = 0
         self._silent = False
         self.facts = StreamFacts(
-            "amplifier",
+            instrument.stream,
             "host",
-            (amplifier.channel,),
-            amplifier.rate_Hz,
-            "simulated amplifier, in process",
+            (channel,),
+            instrument.settings.rate_Hz,
+            f"simulated {instrument.kind.table}, in process",
             simulated=True,
         )
 
     def start(self) -> None:
         """Begin to read: older values are forgotten."""
-        self._device.frames.clear()
+        self._frames.clear()
 
     def drain(self) -> Sequence[SampleBlock | SensorFault]:
         """Get (and forget) what has come in since the last call."""
@@ -80,7 +92,7 @@ class InProcessAmplifier:
             lost += frames.pop(0).counts.size
         frames = [
             replace(f, counts=np.full_like(f.counts, self._form.high))
-            if faults.find("amplifier", "overload", float(f.time_s[-1]))
+            if faults.find(self._stream, "overload", float(f.time_s[-1]))
             else f
             for f in frames
         ]
@@ -92,30 +104,30 @@ class InProcessAmplifier:
         counts = np.concatenate([f.counts for f in frames]).astype(self._form.dtype)
         first = self._sequence + lost
         self._sequence = first + counts.size
-        block = SampleBlock("amplifier", first, time_us, {self._name: counts}, lost, self._clock.now_s())
+        block = SampleBlock(self._stream, first, time_us, {self._name: counts}, lost, self._clock.now_s())
         return [*said, block, *self._complaints(block)]
 
-    def _asked_for(self) -> list[AmplifierValues]:
+    def _asked_for(self) -> list[InstrumentValues]:
         """Take what has been measured; of an amplifier with registers, that which would be asked for."""
-        taken: list[AmplifierValues] = []
-        for one in self._device.frames:
+        taken: list[InstrumentValues] = []
+        for one in self._frames:
             first = -self._passed % self._form.every
             self._passed += one.counts.size
             if first < one.counts.size:
                 every = slice(first, None, self._form.every)
-                taken.append(AmplifierValues(one.time_s[every], one.counts[every]))
-        self._device.frames.clear()
+                taken.append(InstrumentValues(one.time_s[every], one.counts[every]))
+        self._frames.clear()
         return taken
 
-    def _spoiled(self, frames: list[AmplifierValues]) -> tuple[list[AmplifierValues], int]:
+    def _spoiled(self, frames: list[InstrumentValues]) -> tuple[list[InstrumentValues], int]:
         """Return what comes through in spite of the schedule's faults, and how many values do not."""
         faults = self._device.faults
-        left: list[AmplifierValues] = []
+        left: list[InstrumentValues] = []
         for one in frames:
             at_s = float(one.time_s[-1])
-            if faults.find("amplifier", "silent", at_s):
+            if faults.find(self._stream, "silent", at_s):
                 continue
-            if not any(faults.strikes("amplifier", kind, at_s) for kind in ("drop", "corrupt")):
+            if not any(faults.strikes(self._stream, kind, at_s) for kind in ("drop", "corrupt")):
                 left.append(one)
         return left, sum(f.counts.size for f in frames) - sum(f.counts.size for f in left)
 
@@ -123,13 +135,13 @@ class InProcessAmplifier:
         """Return what the driver of a real amplifier would say of the line."""
         now_s = self._clock.now_s()
         texts: list[str] = []
-        for _ in self._device.faults.due(now_s, "amplifier"):
+        for _ in self._device.faults.due(now_s, self._stream):
             self._resyncs += 1
             texts.append(resync_text(self._resyncs))
-        was, self._silent = self._silent, self._device.faults.find("amplifier", "silent", now_s) is not None
+        was, self._silent = self._silent, self._device.faults.find(self._stream, "silent", now_s) is not None
         if self._silent and not was:
             texts.append("silent; look at cable, power and port")
-        return [SensorFault("amplifier", now_s, f"amplifier (simulated): {text}") for text in texts]
+        return [SensorFault(self._stream, now_s, f"{self._stream} (simulated): {text}") for text in texts]
 
     def _complaints(self, block: SampleBlock) -> list[SensorFault]:
         """Return what cannot be true in a block, where it was true in the one before."""
@@ -138,7 +150,9 @@ class InProcessAmplifier:
         wrong = {item.kind: item.what for item in found}
         new = [text for kind, text in wrong.items() if kind not in self._wrong]
         self._wrong = set(wrong)
-        return [SensorFault("amplifier", block.received_s, f"amplifier (simulated): {text}") for text in new]
+        return [
+            SensorFault(self._stream, block.received_s, f"{self._stream} (simulated): {text}") for text in new
+        ]
 
     def close(self) -> None:
         """Let go: nothing to do."""

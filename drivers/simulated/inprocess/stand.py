@@ -20,7 +20,7 @@ from bufferstand.drivers.simulated.inprocess.register_wire import (
     in_memory,
     open_controller,
 )
-from bufferstand.drivers.simulated.inprocess.sensors import InProcessAmplifier, InProcessThermometer
+from bufferstand.drivers.simulated.inprocess.sensors import InProcessInstrument, InProcessThermometer
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
 from bufferstand.drivers.stand_file import StandFile
@@ -88,18 +88,20 @@ def open_in_process(
         faults=faults,
     )
     clock.listen(device.advance_to)
-    sensors: list[Sensor] = []
-    if stand_file.amplifier is not None:
-        sensors.append(InProcessAmplifier(device, stand_file, clock))
+    beside: dict[str, list[Sensor]] = {"amplifier": [], "sensor": []}
+    for one, simulated in zip(stand_file.instruments, device.instruments, strict=True):
+        beside[one.kind.table].append(InProcessInstrument(device, one, simulated, clock))
+    thermometers: list[Sensor] = []
     if stand_file.temperature is not None:
         period_s = stand_file.temperature.period_s
-        sensors += [InProcessThermometer(device, t, clock, period_s) for t in device.thermometers]
+        thermometers = [InProcessThermometer(device, t, clock, period_s) for t in device.thermometers]
+    sensors = (*beside["amplifier"], *thermometers, *beside["sensor"])
     way_s, profile = device.latency.way_s, in_memory(stand_file.profile())
     wire = VirtualWire(device, profile, clock, lambda: way_s() + way_s())
     for fault in faults:
         wire.bank.demand_register(fault)
     controller = open_controller(wire, stand_file, profile)
-    return InProcessStand(clock, Stand(controller, tuple(sensors)), device, truth)
+    return InProcessStand(clock, Stand(controller, sensors), device, truth)
 
 
 def behind_a_wire(

@@ -5,9 +5,6 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.drivers.simulated.machine.amplifier_numbers import (
-        AmplifierForm,
-    )
     from bufferstand.drivers.simulated.machine.commands import (
         Command,
         CommandCode,
@@ -18,14 +15,16 @@ if TYPE_CHECKING:
     )
     from bufferstand.drivers.simulated.machine.device import (
         RATE_HZ,
-        AmplifierValues,
         SimulatedDevice,
+    )
+    from bufferstand.drivers.simulated.machine.instruments import (
+        InstrumentValues,
+        SimulatedInstrument,
     )
     from bufferstand.drivers.simulated.machine.physics import (
         Spring,
     )
     from bufferstand.drivers.simulated.machine.ring import (
-        COLUMNS,
         SampleRing,
     )
     from bufferstand.drivers.simulated.machine.thermometer import (
@@ -40,17 +39,16 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "COLUMNS",
     "CONVERSION_S",
     "RATE_HZ",
-    "AmplifierForm",
-    "AmplifierValues",
     "Command",
     "CommandCode",
+    "InstrumentValues",
     "RejectReason",
     "SampleRing",
     "SimulatedController",
     "SimulatedDevice",
+    "SimulatedInstrument",
     "SingleWriterLock",
     "Spring",
     "Thermometer",

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.drivers.simulated.faults import CHANNELS, FOREVER_S, FaultSchedule, ScheduledFault
+from bufferstand.drivers.simulated.faults import FOREVER_S, FaultSchedule, ScheduledFault
 from bufferstand.drivers.simulated.imperfections import ColouredNoise, Latency, MissedCycles, TransducerDrift
-from bufferstand.drivers.simulated.machine.amplifier_numbers import (
-    AmplifierForm,
-    amplifier_form,
-    amplifier_map,
-)
 from bufferstand.drivers.simulated.machine.commands import Capabilities, ControllerFault
 from bufferstand.drivers.simulated.machine.controller import SimulatedController
+from bufferstand.drivers.simulated.machine.felt_quantities import FeltQuantities
+from bufferstand.drivers.simulated.machine.instruments import SimulatedInstrument
 from bufferstand.drivers.simulated.machine.physics import Actuator, ActuatorFacts, SpecimenAndFrame, Spring
 from bufferstand.drivers.simulated.machine.ring import SampleRing
+from bufferstand.drivers.simulated.machine.sampled_columns import SampledColumns, mean_of
 from bufferstand.drivers.simulated.machine.thermometer import Thermometer
 from bufferstand.drivers.simulated.machine.truth import TruthLog
 from bufferstand.drivers.simulated.miswiring import MiswiredStand
 from bufferstand.drivers.simulated.settings import SimulationSettings
-from bufferstand.drivers.simulated.transducers import Converter, Converters, Delay, Resampler, WirePair
+from bufferstand.drivers.simulated.transducers import Converters, Delay, DrawWires
 from bufferstand.drivers.stand_file import StandFile
 
 RATE_HZ = 1000.0
@@ -38,15 +33,7 @@ DWELL = 100
 _US = 1_000_000
 _PERIOD_US = round(_US / RATE_HZ)
 _MISSED_SEED = 0x6D697373
-_KEPT_FRAMES = 65536
-
-
-@dataclass(frozen=True)
-class AmplifierValues:
-    """Values of the amplifier that have become due: stand time [s] and counts about zero, shape (n,)."""
-
-    time_s: NDArray[np.float64]
-    counts: NDArray[Any]
+_INSTRUMENT_SEED = 0x696E7374
 
 
 class SimulatedDevice:
@@ -122,13 +109,16 @@ class SimulatedDevice:
         self.controller.position_mm = self.controller.command_mm = settings.piston_start_mm
         self.contact = SpecimenAndFrame(spring, settings.frame_stiffness_kN_per_mm, self.period_s)
         self._delay = Delay(settings.force_delay_s, self.period_s, settings.force_low_pass_Hz)
-        self._miswired = MiswiredStand(stand_file, settings.miswired, self.period_s)
+        self._drift = TransducerDrift.of(settings, _wires_of(stand_file))
+        self._columns = SampledColumns(stand_file, settings)
+        self._quantities = FeltQuantities(settings, self._drift)
+        self._miswired = MiswiredStand(stand_file, settings.miswired, self.period_s, self._columns.names)
         self._cell_force_kN = 0.0
         self.measured_force_kN = 0.0
         """What the controller takes for the force; that of its cell, where it is wired right."""
         self.measured_stroke_mm = 0.0
         self.time_s = 0.0
-        self.ring = SampleRing()
+        self.ring = SampleRing(columns=self._columns.dtypes)
         self.latency = Latency(settings.reply_latency_s, settings.reply_jitter_s, settings.seed)
         """How long requests to the controller and its replies are on their way."""
         # A seed of its own: transducers draw the same noise with and without missed cycles.
@@ -137,47 +127,35 @@ class SimulatedDevice:
         self._make_transducers(stand_file, settings)
 
     def _make_transducers(self, stand_file: StandFile, settings: SimulationSettings) -> None:
-        channels = {channel.name: channel for channel in stand_file.controller.channel}
         sensors = stand_file.temperature.sensor if stand_file.temperature is not None else ()
         seeds = np.random.SeedSequence(settings.seed).spawn(3 + len(sensors))
-        stroke = settings.stroke_noise_mm
-        i4, u2, i2 = (-(1 << 31), (1 << 31) - 1), (0, 65535), (-32768, 32767)
-        self._converters = Converters(
-            (
-                Converter(channels["force"], *i4, settings.force_noise_kN),
-                Converter(channels["stroke_1"], *u2, stroke),
-                Converter(channels["stroke_2"], *u2, stroke),
-                Converter(channels["position"], *i2, stroke),
-                Converter(channels["command"], *i2, 0.0),
-            ),
-            seeds[0],
-        )
-        self._wires = WirePair(settings.wire_linearity_mm, settings.wire_tilt)
-        self._drift = TransducerDrift.of(settings)
-        wires = (settings.stroke_flicker_mm, settings.stroke_hum_mm)
+        self._converters = Converters(self._columns.converters(), seeds[0])
+        wires = len(self._columns.strokes)
+        self._wires = DrawWires(settings.wire_linearity_mm, settings.wire_tilt, wires)
         self._wander = ColouredNoise(
-            (settings.force_flicker_kN, wires[0], wires[0]),
-            (settings.force_hum_kN, wires[1], wires[1]),
+            (settings.force_flicker_kN, *[settings.stroke_flicker_mm] * wires),
+            (settings.force_hum_kN, *[settings.stroke_hum_mm] * wires),
             self.period_s,
             seeds[-1],
         )
-        self._amplifier: tuple[Resampler, Converters] | None = None
-        self.amplifier_form: AmplifierForm | None = None
-        self.frames: deque[AmplifierValues] = deque(maxlen=_KEPT_FRAMES)
-        self.amplifier_map = amplifier_map(stand_file)
-        if stand_file.amplifier is not None:
-            channel = stand_file.amplifier.channel
-            form = self.amplifier_form = amplifier_form(stand_file.amplifier, self.amplifier_map)
-            converter = Converter(channel, form.low, form.high, settings.force_noise_kN, form.whole)
-            self._amplifier = (
-                Resampler(form.rate_Hz, channel.delay_s),
-                Converters((converter,), seeds[1]),
-            )
+        self.instruments = tuple(self._instruments(stand_file, settings, seeds[1]))
         self.thermometers = tuple(
             Thermometer(sensor, settings.temperature_noise_C, seed, self._miswired.place_of(sensor))
             for sensor, seed in zip(sensors, seeds[2:-1], strict=True)
         )
         self._look_at_thermometers()
+
+    def _instruments(
+        self, stand_file: StandFile, settings: SimulationSettings, seed: np.random.SeedSequence
+    ) -> Iterator[SimulatedInstrument]:
+        """Yield what measures beside the controller; a wrong wiring is one of the first amplifier."""
+        # Seeds of their own: a further instrument leaves the noise of all others as it was.
+        further = np.random.SeedSequence((settings.seed, _INSTRUMENT_SEED)).spawn(len(stand_file.instruments))
+        for number, one in enumerate(stand_file.instruments):
+            if one.stream == "amplifier":
+                yield SimulatedInstrument(one, settings, seed, self._miswired.second_force)
+            else:
+                yield SimulatedInstrument(one, settings, further[number])
 
     # --- time ---------------------------------------------------------------------------------------
 
@@ -275,8 +253,8 @@ class SimulatedDevice:
                     self.ring.forget(int(fault.number("keep")))
 
     def _break_transducers(self, counts: NDArray[np.float64]) -> None:
-        """Overwrite the counts, shape (n, 5), of channels whose transducer is broken or stuck."""
-        for column, name in enumerate(CHANNELS):
+        """Overwrite the counts, shape (n, channels), of channels whose transducer is broken or stuck."""
+        for column, name in enumerate(self._columns.names):
             kind = self.faults.at(name, self.time_s)
             if kind == "stuck":
                 counts[:, column] = self._held.setdefault(name, counts[0, column])
@@ -405,32 +383,33 @@ class SimulatedDevice:
         first = self.ring.total
         sequence = np.arange(first, first + count)
         time_us = self.time_us(sequence)
-        samples = np.empty((count, 6))
+        columns, wires = self._columns, len(self._columns.strokes)
+        samples = np.empty((count, 1 + len(columns.names)))
         samples[:, 0] = time_us % (1 << 32)
         felt = samples[:, 1:]
         made_s = np.asarray(self._periods_of(sequence) * self.period_s, dtype=np.float64)
         felt[:, 0] = table[:, 0]
-        felt[:, 1:3] = self._wires.feel(table[:, 1])
-        felt[:, 3:] = table[:, 2:4]
-        self._drift.feel(made_s, felt[:, :3])
-        self._wander.add(made_s, felt[:, :3])
+        felt[:, 1 : 1 + wires] = self._wires.feel(table[:, 1])
+        felt[:, 1 + wires : 3 + wires] = table[:, 2:4]
+        self._drift.feel(made_s, felt[:, : 1 + wires])
+        self._wander.add(made_s, felt[:, : 1 + wires])
+        beside = [one.quantity for one in self.instruments if one.quantity != "force"]
+        quantities = self._quantities.at(made_s, table) if columns.further or beside else {}
+        if columns.further:
+            felt[:, 3 + wires :] = columns.further_values(quantities)
         samples[:, 1:] = self._converters.counts(felt)
         self._miswired.samples(made_s, samples[:, 1:], self._converters)
         if self.faults.faults:
             self._break_transducers(samples[:, 1:])
         self.ring.append(samples)
         last = self._converters.values(samples[-1, 1:])
-        self.measured_stroke_mm = 0.5 * (last[1].item() + last[2].item())
-        if self._amplifier is not None:
-            resampler, converters = self._amplifier
-            second = table[:, 4:5].copy()
-            self._drift.feel(made_s, second)
-            due_s, value = resampler.take(made_s, second[:, 0])
-            if due_s.size:
-                counts = converters.counts(value[:, np.newaxis])[:, 0]
-                counts = self._miswired.second_force(due_s, counts, converters)
-                whole = self.amplifier_form is None or self.amplifier_form.whole
-                self.frames.append(AmplifierValues(due_s, counts.astype(np.int64) if whole else counts))
+        self.measured_stroke_mm = mean_of(last[1 : 1 + wires].tolist())
+        for instrument in self.instruments:
+            is_force = instrument.quantity == "force"
+            own = (
+                self._quantities.contact_force(made_s, table) if is_force else quantities[instrument.quantity]
+            )
+            instrument.measure(made_s, own)
         if self.truth is not None:
             truth = np.empty((count, 9))
             truth[:, 0] = sequence
@@ -439,3 +418,8 @@ class SimulatedDevice:
             truth[:, 3:7] = table[:, 4:]
             truth[:, 7:] = table[:, 2:4]
             self.truth.add(truth)
+
+
+def _wires_of(stand_file: StandFile) -> int:
+    """Return how many sensors of the stroke the stand has."""
+    return sum(channel.quantity == "stroke" for channel in stand_file.controller.channel)

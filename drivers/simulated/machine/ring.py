@@ -16,7 +16,7 @@ COLUMNS: Mapping[str, str] = {
     "position": "i2",
     "command": "i2",
 }
-"""What a sample holds, and its type (profile ``ring``)."""
+"""What a sample of the shipped profiles holds, and its type."""
 
 _HALF = 1 << 31
 _WHOLE = 1 << 32
@@ -29,11 +29,15 @@ class SampleRing:
     ----------
     capacity : int
         Samples that it holds.
+    columns : mapping of str to str
+        What each sample holds, and its array type.
     """
 
-    def __init__(self, capacity: int = 65536) -> None:
+    def __init__(self, capacity: int = 65536, columns: Mapping[str, str] = COLUMNS) -> None:
         self._capacity = capacity
-        self._table = np.zeros((capacity, len(COLUMNS)), dtype=np.int64)
+        self.columns = dict(columns)
+        """What a sample holds, and its array type."""
+        self._table = np.zeros((capacity, len(self.columns)), dtype=np.int64)
         self.total = 0
         self.missed = 0
         """Periods of its clock in which the controller took no sample."""
@@ -64,7 +68,7 @@ class SampleRing:
         self._forgotten = max(self._forgotten, self.total - keep)
 
     def append(self, table: NDArray[Any]) -> None:
-        """Store samples, shape (n, columns) in the order of ``COLUMNS``, whole numbers that fit their types.
+        """Store samples, shape (n, columns) in the order of ``columns``, whole numbers that fit their types.
 
         ``n`` is at most the capacity.
         """
@@ -129,5 +133,5 @@ class SampleRing:
         else:
             rows = self._table[(start + np.arange(count)) % self._capacity]
         return first, {
-            name: rows[:, column].astype(kind) for column, (name, kind) in enumerate(COLUMNS.items())
+            name: rows[:, column].astype(kind) for column, (name, kind) in enumerate(self.columns.items())
         }

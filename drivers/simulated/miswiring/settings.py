@@ -43,7 +43,7 @@ class MiswiredSignal(Settings):
 class MiswiredForce(MiswiredSignal):
     """The controller's force."""
 
-    reads: Literal["stroke_1", "stroke_2", "position", "command"] | None = None
+    reads: Literal["stroke_1", "stroke_2", "stroke_3", "stroke_4", "position", "command"] | None = None
     """Its input has the value of another channel: mm are taken for kN."""
     controller_too: bool = True
     """Whether the controller itself acts on the wrong force, too (the cell is wired wrong), or only the
@@ -53,7 +53,9 @@ class MiswiredForce(MiswiredSignal):
 class MiswiredStroke(MiswiredSignal):
     """A draw wire, or the piston's encoder as the computer reads it; the position loop has the true one."""
 
-    reads: Literal["force", "stroke_1", "stroke_2", "position", "command"] | None = None
+    reads: Literal["force", "stroke_1", "stroke_2", "stroke_3", "stroke_4", "position", "command"] | None = (
+        None
+    )
     """Its input has the value of another channel; kN are taken for mm."""
     slip_mm: _Shift = 0.0
     """By so much it slips at once …"""
@@ -87,6 +89,8 @@ class Miswired(Settings):
     """The second force."""
     stroke_1: MiswiredStroke = MiswiredStroke()
     stroke_2: MiswiredStroke = MiswiredStroke()
+    stroke_3: MiswiredStroke = MiswiredStroke()
+    stroke_4: MiswiredStroke = MiswiredStroke()
     position: MiswiredStroke = MiswiredStroke()
     thermometer: Mapping[str, MiswiredThermometer] = Field(default_factory=dict)
     """By the sensor's name: ``[simulation.miswired.thermometer.temperature_1]``."""

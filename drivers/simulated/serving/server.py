@@ -1,4 +1,4 @@
-"""The simulated stand as a server: controller, amplifier and temperature sensors on real wires.
+"""The simulated stand as a server: controller, instruments and thermometers on real wires.
 
 The physics runs in stand time, ``speed`` times as fast as the wall. It is brought up to the present before
 requests and by a task of its own; a process that was starved catches up in slices and drops nothing.
@@ -12,18 +12,19 @@ import os
 import selectors
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from bufferstand.drivers.instruments import Instrument, Place, TcpAddress
 from bufferstand.drivers.simulated.build import demand_possible, make_device
 from bufferstand.drivers.simulated.faults import SOCKET, FaultControl, FrameFaults, ScheduledFault
 from bufferstand.drivers.simulated.machine import SimulatedDevice, TruthLog
 from bufferstand.drivers.simulated.serving.clock import SHOWN, ShownTime
 from bufferstand.drivers.simulated.serving.waiting_sign import NAME, WIRES, WaitingSign
 from bufferstand.drivers.simulated.wires import (
-    ModbusAmplifierWire,
+    ModbusInstrumentWire,
     ModbusStandServer,
     RegisterBank,
     Responder,
@@ -59,8 +60,8 @@ class Served:
     ----------
     host, port
         Of the controller's Modbus TCP server; empty and 0 where it is on a serial line.
-    amplifier_port, w1_root : str or None
-        Serial device and folder of the 1-Wire devices, absolute.
+    w1_root : str or None
+        Folder of the 1-Wire devices, absolute.
     speed : float
         Stand seconds in one second of the wall.
     pid : int
@@ -71,25 +72,21 @@ class Served:
         Serial device of the 1-Wire adapter, absolute.
     faults_socket : str or None
         Where it takes faults (``bufferstand fault``), absolute.
-    amplifier_host : str or None
-        Of the amplifier, where it is on Modbus TCP.
-    amplifier_tcp_port : int or None
-        Its port.
+    instruments : mapping
+        By stream: the serial device, absolute, or host and port.
     time_file : str or None
         Where it shows its time (:class:`bufferstand.drivers.simulated.serving.clock.StandClock`), absolute.
     """
 
     host: str
     port: int
-    amplifier_port: str | None
     w1_root: str | None
     speed: float
     pid: int
     controller_serial: str | None = None
     onewire_port: str | None = None
     faults_socket: str | None = None
-    amplifier_host: str | None = None
-    amplifier_tcp_port: int | None = None
+    instruments: Mapping[str, str | tuple[str, int]] = field(default_factory=dict)
     time_file: str | None = None
 
     def endpoints(self) -> Endpoints:
@@ -97,12 +94,13 @@ class Served:
         return Endpoints(
             host=self.host,
             port=self.port,
-            amplifier_port=None if self.amplifier_port is None else Path(self.amplifier_port),
+            instruments={
+                stream: Path(place) if isinstance(place, str) else TcpAddress(*place)
+                for stream, place in self.instruments.items()
+            },
             w1_root=None if self.w1_root is None else Path(self.w1_root),
             controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
             onewire_port=None if self.onewire_port is None else Path(self.onewire_port),
-            amplifier_host=self.amplifier_host,
-            amplifier_tcp_port=self.amplifier_tcp_port,
         )
 
 
@@ -117,7 +115,7 @@ class ServerOptions:
     speed : float
         Stand seconds in one second of the wall.
     port : int, optional
-        The controller's TCP port instead of the stand file's; 0 takes a free one, for the amplifier too.
+        The controller's TCP port instead of the stand file's; 0 takes a free one, for instruments too.
     wires : Path, optional
         Folder for serial device and 1-Wire tree instead of the stand file's paths.
     truth : Path, optional
@@ -201,7 +199,7 @@ class StandServer:
         self._modbus = ModbusStandServer(responder, device_id)
         self._line = RtuStandServer(responder, device_id)
         self._sensors: SensorWires | None = None
-        self._amplifier = self._make_amplifier()
+        self._with_registers = tuple(self._register_wires())
         folder = stand_file.folder / WIRES if options.wires is None else options.wires
         self._sign_file = (folder / NAME).absolute()
         self._sign: WaitingSign | None = None
@@ -217,13 +215,15 @@ class StandServer:
         for fault in options.faults:
             self._demand_possible(fault)
 
-    def _make_amplifier(self) -> ModbusAmplifierWire | None:
-        """Return the amplifier, where it is one with registers."""
-        amplifier, device = self._file.amplifier, self.device
-        form, registers = device.amplifier_form, device.amplifier_map
-        if amplifier is None or amplifier.modbus is None or form is None or registers is None:
-            return None
-        return ModbusAmplifierWire(device, registers, form, amplifier.modbus, self.catch_up)
+    def _register_wires(self) -> Iterator[tuple[Instrument, ModbusInstrumentWire]]:
+        """Yield the wire of each instrument with registers."""
+        for one, simulated in zip(self._file.instruments, self.device.instruments, strict=True):
+            if simulated.registers is not None:
+                unit = one.kind.unit(one.settings)
+                yield (
+                    one,
+                    ModbusInstrumentWire(self.device, simulated, simulated.registers, unit, self.catch_up),
+                )
 
     def _demand_possible(self, fault: ScheduledFault) -> None:
         demand_possible(self._file, fault)
@@ -253,7 +253,8 @@ class StandServer:
         for descriptor in self._sensors.descriptors():
             asyncio.get_running_loop().add_reader(descriptor, self._serve_slow_wires)
         await self._control.start()
-        ends = await self._serve_amplifier(self._sensors.endpoints())
+        ends = self._sensors.endpoints()
+        places = {**ends.instruments, **await self._serve_registers()}
         line = file.controller_serial() if wires is None else wires / "controller"
         if not file.controller.serial or line is None:
             line = None
@@ -266,15 +267,16 @@ class StandServer:
         return Served(
             host=host,
             port=port,
-            amplifier_port=None if ends.amplifier_port is None else str(ends.amplifier_port),
             w1_root=None if ends.w1_root is None else str(ends.w1_root),
             speed=self._options.speed,
             pid=os.getpid(),
             controller_serial=None if line is None else str(line),
             onewire_port=None if ends.onewire_port is None else str(ends.onewire_port),
             faults_socket=str(self._control.path),
-            amplifier_host=ends.amplifier_host,
-            amplifier_tcp_port=ends.amplifier_tcp_port,
+            instruments={
+                stream: str(place) if isinstance(place, Path) else (place.host, place.port)
+                for stream, place in places.items()
+            },
             time_file=str(self._time_file),
         )
 
@@ -291,20 +293,22 @@ class StandServer:
         host = self._own(file.controller.host, "controller.host")
         return host, await self._modbus.start(host, port)
 
-    async def _serve_amplifier(self, ends: Endpoints) -> Endpoints:
-        """Open the wire of an amplifier with registers; return the sensors' ends with it."""
-        wire, file, folder = self._amplifier, self._file, self._options.wires
-        settings = None if file.amplifier is None else file.amplifier.modbus
-        if wire is None or settings is None:
-            return ends
-        port = file.amplifier_port()
-        if settings.host is None and port is not None:
-            link = (port if folder is None else folder / "amplifier").absolute()
-            wire.start_line(link)
-            return replace(ends, amplifier_port=link)
-        host = self._own(settings.host or "", "amplifier.modbus.host")
-        found = await wire.listen(host, 0 if self._options.port == 0 else settings.tcp_port)
-        return replace(ends, amplifier_host=host, amplifier_tcp_port=found)
+    async def _serve_registers(self) -> dict[str, Place]:
+        """Open the wires of the instruments with registers; return where they are."""
+        found: dict[str, Place] = {}
+        folder, port = self._options.wires, self._options.port
+        for one, wire in self._with_registers:
+            address, table = one.kind.wire(one.settings, one.folder), one.kind.table
+            if isinstance(address, TcpAddress):
+                host = self._own(address.host, f"{table}.modbus.host")
+                found[one.stream] = TcpAddress(
+                    host, await wire.listen(host, 0 if port == 0 else address.port)
+                )
+            else:
+                link = (address.path if folder is None else folder / one.stream).absolute()
+                wire.start_line(link)
+                found[one.stream] = link
+        return found
 
     def _own(self, host: str, place: str) -> str:
         """Return the address of this machine that a stand file names; refuse any other."""
@@ -354,8 +358,8 @@ class StandServer:
             self._sign.close()
         await self._modbus.stop()
         self._line.stop()
-        if self._amplifier is not None:
-            await self._amplifier.stop()
+        for _, wire in self._with_registers:
+            await wire.stop()
         await self._control.stop()
         shown, self._shown = self._shown, None
         if shown is not None:

@@ -1,4 +1,4 @@
-"""The simulated devices on real wires: Modbus TCP and RTU, serial amplifiers, 1-Wire."""
+"""The simulated devices on real wires: Modbus TCP and RTU, serial instruments, 1-Wire."""
 
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
         RegisterBank,
     )
     from bufferstand.drivers.simulated.wires.modbus_amplifier import (
-        ModbusAmplifierWire,
+        ModbusInstrumentWire,
     )
     from bufferstand.drivers.simulated.wires.modbus_requests import (
         Responder,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CREDIT_S",
-    "ModbusAmplifierWire",
+    "ModbusInstrumentWire",
     "ModbusStandServer",
     "RegisterBank",
     "Responder",

@@ -21,7 +21,6 @@ from bufferstand.drivers.register_maps import (
     OPTIONAL_REGISTERS,
     POLLED_REGISTERS,
     RING_REGISTERS,
-    SAMPLED,
     SIMULATED,
     SIMULATED_SIGN,
     STATUS,
@@ -33,7 +32,7 @@ from bufferstand.drivers.register_maps import (
     pack,
 )
 from bufferstand.drivers.simulated.faults import ScheduledFault, nearest
-from bufferstand.drivers.simulated.machine import COLUMNS, RATE_HZ, Command, SimulatedDevice, SingleWriterLock
+from bufferstand.drivers.simulated.machine import RATE_HZ, Command, SimulatedDevice, SingleWriterLock
 from bufferstand.foundation import BadInput
 
 ILLEGAL_VALUE = 3
@@ -79,7 +78,7 @@ class RegisterBank:
             for at in range(register.address, register.address + register.words)
         }
         self._window = None if profile.window is None else _WindowBank(device, profile, profile.window)
-        self._raw = () if profile.poll is None else tuple(f"raw_{name}" for name in SAMPLED)
+        self._raw = () if profile.poll is None else tuple(f"raw_{name}" for name in profile.sampled)
         self._unpolled = set(self._raw)
         size = max(r.address + r.words for r in profile.registers.values())
         if profile.window is not None:
@@ -104,7 +103,7 @@ class RegisterBank:
         known = {*RING_REGISTERS, *POLLED_REGISTERS, *OPTIONAL_REGISTERS}
         names = [place.name for part in (self._status, self._command) for place in part.places]
         if self._profile.window is not None:
-            known |= {*COLUMNS, *_HEADER}
+            known |= {*self._device.ring.columns, *_HEADER}
             names += [name for name, _ in (*self._profile.ring.header, *self._profile.ring.sample)]
         if unknown := [name for name in names if name not in known]:
             raise BadInput(
@@ -328,7 +327,7 @@ class RegisterBank:
         if not samples.total:
             return
         _, columns = samples.window(samples.total - 1, 1)
-        for name in SAMPLED:
+        for name in self._profile.sampled:
             self._store(f"raw_{name}", int(columns[name][0]))
 
     def _value(self, name: str) -> float:

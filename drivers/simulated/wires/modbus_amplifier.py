@@ -9,11 +9,10 @@ from pathlib import Path
 from bufferstand.drivers.modbus import Table
 from bufferstand.drivers.register_maps import AmplifierMap, AmplifierRegister, encode_value
 from bufferstand.drivers.simulated.faults import FrameFaults
-from bufferstand.drivers.simulated.machine import AmplifierForm, SimulatedDevice
+from bufferstand.drivers.simulated.machine import SimulatedDevice, SimulatedInstrument
 from bufferstand.drivers.simulated.wires.modbus_requests import ILLEGAL_ADDRESS, Responder
 from bufferstand.drivers.simulated.wires.modbus_rtu import RtuStandServer
 from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
-from bufferstand.drivers.stand_file import ModbusAmplifierSettings
 
 
 class AmplifierBank:
@@ -90,17 +89,18 @@ class AmplifierBank:
         return True
 
 
-class ModbusAmplifierWire:
-    """The stand's amplifier, where it is one with registers.
+class ModbusInstrumentWire:
+    """An instrument with registers, on a port or on a serial line.
 
     Parameters
     ----------
     device : SimulatedDevice
-        Measures; its values are taken from ``device.frames`` when they are asked for.
+        Whose faults strike it.
+    simulated : SimulatedInstrument
+        Measures; its values are taken from there when they are asked for.
     registers : AmplifierMap
-    form : AmplifierForm
-    settings : ModbusAmplifierSettings
-        Unit, host and port; on a serial line without a host.
+    device_id : int
+        Unit at which it answers.
     catch_up : callable
         Brings the device up to the present.
     """
@@ -108,22 +108,22 @@ class ModbusAmplifierWire:
     def __init__(
         self,
         device: SimulatedDevice,
+        simulated: SimulatedInstrument,
         registers: AmplifierMap,
-        form: AmplifierForm,
-        settings: ModbusAmplifierSettings,
+        device_id: int,
         catch_up: Callable[[bool], object],
     ) -> None:
         self._device = device
-        self._form = form
-        self._settings = settings
+        self._simulated = simulated
+        self._stream = simulated.stream
         self._catch_up = catch_up
         status = registers.status
         self._overloaded = 0 if status is None else 1 << min(int(bit) for bit in status.bits)
-        self.bank = AmplifierBank(registers, form.rate_Hz)
-        trouble = FrameFaults(device.faults, "amplifier", lambda: device.time_s)
+        self.bank = AmplifierBank(registers, simulated.form.rate_Hz)
+        trouble = FrameFaults(device.faults, self._stream, lambda: device.time_s)
         responder = Responder(self.bank, self._measure, self._is_cut, trouble)
-        self._network = ModbusStandServer(responder, settings.device_id)
-        self._line = RtuStandServer(responder, settings.device_id)
+        self._network = ModbusStandServer(responder, device_id)
+        self._line = RtuStandServer(responder, device_id)
 
     async def listen(self, host: str, port: int) -> int:
         """Serve a TCP port; return it (0 takes a free one).
@@ -133,7 +133,7 @@ class ModbusAmplifierWire:
         BadInput
             If the port cannot be had.
         """
-        return await self._network.start(host, port, "amplifier.modbus.tcp_port")
+        return await self._network.start(host, port, f"{self._table}.modbus.tcp_port")
 
     def start_line(self, link: Path) -> None:
         """Serve a pseudo-terminal.
@@ -143,7 +143,7 @@ class ModbusAmplifierWire:
         BadInput
             If something that is no link lies there, or the link cannot be made.
         """
-        self._line.start(link, "amplifier.port")
+        self._line.start(link, f"{self._table}.port")
 
     async def stop(self) -> None:
         """Take it away."""
@@ -153,14 +153,20 @@ class ModbusAmplifierWire:
     def _measure(self, acting: bool) -> None:
         """Show the newest of what has been measured by now."""
         self._catch_up(acting)
-        frames = self._device.frames
+        frames = self._simulated.frames
         times = sum(one.counts.size for one in frames)
         if not times:
             return
         value = float(frames[-1].counts[-1])
         frames.clear()
-        overload = self._device.faults.find("amplifier", "overload", self._device.time_s) is not None
-        self.bank.measure(self._form.high if overload else value, self._overloaded if overload else 0, times)
+        overload = self._device.faults.find(self._stream, "overload", self._device.time_s) is not None
+        self.bank.measure(
+            self._simulated.form.high if overload else value, self._overloaded if overload else 0, times
+        )
+
+    @property
+    def _table(self) -> str:
+        return self._stream.partition("_")[0]
 
     def _is_cut(self) -> bool:
-        return self._device.faults.find("amplifier", "silent", self._device.time_s) is not None
+        return self._device.faults.find(self._stream, "silent", self._device.time_s) is not None

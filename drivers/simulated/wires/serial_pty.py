@@ -1,4 +1,4 @@
-"""Simulated devices on serial wires: a pseudo-terminal at a path of one's choice, and the amplifier on it."""
+"""Simulated devices on serial wires: a pseudo-terminal at a path of one's choice, and an instrument on it."""
 
 from __future__ import annotations
 
@@ -14,12 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bufferstand.drivers.instruments import WireDevice
 from bufferstand.drivers.simulated.faults import FrameFaults
-from bufferstand.drivers.simulated.machine import AmplifierValues
-from bufferstand.drivers.simulated.wires.amplifiers import (
-    Gsv2Device,
-    WireDevice,
-)
+from bufferstand.drivers.simulated.machine import InstrumentValues
 from bufferstand.foundation import BadInput
 
 BUFFER = 4000
@@ -100,19 +97,19 @@ class SerialPty:
         os.close(self._slave)
 
 
-class AmplifierPty(SerialPty):
-    """A serial port behind which the amplifier streams.
+class InstrumentPty(SerialPty):
+    """A serial port behind which an instrument streams.
 
     Parameters
     ----------
     link : Path
         Where the serial device shall appear, as a symbolic link.
-    frames : deque of Frames
-        The amplifier's values; taken from here as they are sent.
-    rate_Hz : float
-        Values a second that it says it is set to.
-    device : WireDevice, optional
-        Which amplifier it is; a GSV-2 without it.
+    frames : deque of InstrumentValues
+        Its values; taken from here as they are sent.
+    device : WireDevice
+        Which instrument it is.
+    place : str
+        Key of the stand file that names the port, for messages.
     trouble : FrameTrouble, optional
         What happens on its way to what is sent at once.
 
@@ -125,16 +122,16 @@ class AmplifierPty(SerialPty):
     def __init__(
         self,
         link: Path,
-        frames: deque[AmplifierValues],
-        rate_Hz: float,
-        device: WireDevice | None = None,
+        frames: deque[InstrumentValues],
+        device: WireDevice,
         trouble: FrameFaults | None = None,
+        place: str = "amplifier.port",
     ) -> None:
-        super().__init__(link, "amplifier.port")
+        super().__init__(link, place)
         self._frames = frames
         self._trouble = trouble
         self._late: list[tuple[float, bytes]] = []
-        self.device: WireDevice = Gsv2Device(rate_Hz) if device is None else device
+        self.device = device
 
     def pump(self, *, silent: bool = False, overload: bool = False, drop: int = 0) -> None:
         """Obey what has been written to the port, and send what has become due.

@@ -10,6 +10,7 @@ import numpy as np
 from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.evaluation.plausibility.run_view.samples import Samples
 from bufferstand.evaluation.record import Record
+from bufferstand.foundation.channels import STROKE_CHANNELS
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +27,13 @@ class Channels:
 
     @cached_property
     def strokes(self) -> tuple[Samples, ...]:
-        """The stroke as recorded; of two draw wires each one, if they are there, else their mean."""
-        wires = [name for name in ("stroke_1", "stroke_2") if name in self.record.as_recorded]
+        """The stroke as recorded; of several draw wires each one, if they are there, else their mean."""
+        wires = [name for name in STROKE_CHANNELS if name in self.record.as_recorded]
         return tuple(self._own(name, self.record.stroke_mm) for name in wires or ("stroke",))
 
     @cached_property
     def stroke(self) -> Samples:
-        """The stroke as it is evaluated: the mean of draw wires where there are two."""
+        """The stroke as it is evaluated: the mean of draw wires where there are several."""
         if len(self.strokes) == 1:
             return self.strokes[0]
         mean = Samples("stroke", self.record.time_s, self.record.stroke_mm)

@@ -83,12 +83,12 @@ class RunView:
 
     @property
     def strokes(self) -> tuple[Samples, ...]:
-        """The stroke as recorded; of two draw wires each one, if they are there, else their mean."""
+        """The stroke as recorded; of several draw wires each one, if they are there, else their mean."""
         return self.seen.strokes
 
     @property
     def stroke(self) -> Samples:
-        """The stroke as it is evaluated: the mean of draw wires where there are two."""
+        """The stroke as it is evaluated: the mean of draw wires where there are several."""
         return self.seen.stroke
 
     @property

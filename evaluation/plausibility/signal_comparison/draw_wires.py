@@ -1,8 +1,8 @@
-"""The two draw wires of a stand: their mean is the stroke, their difference is a check of it."""
+"""The draw wires of a stand: their mean is the stroke, their difference is a check of it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,12 @@ import numpy as np
 from bufferstand.evaluation.facts import DrawWires, FailedWire, RunFacts
 from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.evaluation.record import Record
-from bufferstand.foundation.channels import ChannelUncertainty
+from bufferstand.foundation.channels import (
+    STROKE_CHANNELS,
+    ChannelUncertainty,
+    mean_of_strokes,
+    tilt_of_strokes,
+)
 
 BLOCKS = 200
 """A record is looked at in so many stretches; a wire that stands still while the other moves is out."""
@@ -29,7 +34,7 @@ _MOST_FITTED = 100_000
 
 
 def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, DrawWires | None]:
-    """Compare the draw wires of a run; where one is out, let the other alone be the stroke.
+    """Compare the draw wires of a run; where one is out, let the others be the stroke.
 
     Parameters
     ----------
@@ -39,7 +44,7 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
     Returns
     -------
     (Record, RunFacts, DrawWires or None)
-        The same record and facts, but for a wire that is out: then the stroke is that of the other one, and
+        The same record and facts, but for a wire that is out: then the stroke is that of the others, and
         so is its uncertainty. None where the record has no two wires.
     """
     difference = record.wire_difference_mm
@@ -52,7 +57,13 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
     largest, at_s = float(abs(difference[peak])), float(record.time_s[peak])
     furthest_mm = max(float(np.max(record.stroke_mm)), -float(np.min(record.stroke_mm)))
     limit = difference_limit_mm(facts.stroke_uncertainty, furthest_mm)
-    out = _wire_out(record.stroke_mm, difference)
+    several = _several_wires(record)
+    if several and (failed := _wires_out(several, record.time_s)):
+        missing = {one.wire for one in failed}
+        rest = {name: wire for name, wire in several.items() if name not in missing}
+        wires = DrawWires(largest, at_s, None, None, None, limit, failed, warnings=_without(failed, [*rest]))
+        return _of_the_rest(record, rest), _facts_of(facts, [*several], missing), wires
+    out = None if several else _wire_out(record.stroke_mm, difference)
     if out is not None:
         number, row = out
         other = 3 - number
@@ -95,14 +106,72 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
 
 
 def difference_limit_mm(wires: Sequence[ChannelUncertainty], stroke_mm: float) -> float | None:
-    """Return the largest difference that two wires within their stated limits can show [mm], or None.
+    """Return the largest difference that any two wires within their stated limits can show [mm], or None.
 
-    Sum over both of zero, linearity and accuracy at the largest stroke (half-widths of the data sheet).
+    Sum over both of zero, linearity and accuracy at the largest stroke (half-widths of the data sheet); of
+    more than two wires over those with the largest limits.
     """
-    if len(wires) != 2 or any(w.linearity is None and w.accuracy_percent is None for w in wires):
+    if len(wires) < 2 or any(w.linearity is None and w.accuracy_percent is None for w in wires):
         return None
-    return sum(
+    limits = [
         (w.linearity or 0.0) + (w.zero or 0.0) + 0.01 * (w.accuracy_percent or 0.0) * stroke_mm for w in wires
+    ]
+    return sum(sorted(limits)[-2:])
+
+
+def _several_wires(record: Record) -> dict[str, FloatArray]:
+    """Return what each of more than two draw wires reads at the instants of the record.
+
+    Empty of two, which their mean and difference tell, and of a run too long to be held at once.
+    """
+    names = [name for name in STROKE_CHANNELS if name in record.as_recorded]
+    if len(names) < 3:
+        return {}
+    return {name: np.interp(record.time_s, *record.as_recorded[name]) for name in names}
+
+
+def _wires_out(wires: Mapping[str, FloatArray], time_s: FloatArray) -> tuple[FailedWire, ...]:
+    """Return the wires of several that stand still while another one moves, each from when on."""
+    blocks = {name: _blocks(wire)[0] for name, wire in wires.items()}
+    rows = _blocks(time_s)[1]
+    moved = {name: np.ptp(block, axis=1) for name, block in blocks.items()}
+    larger = np.maximum.reduce(list(moved.values()))
+    farthest = [max(moved, key=lambda name: float(moved[name][block])) for block in range(larger.size)]
+    tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
+    failed = []
+    for name, own in moved.items():
+        for block in np.flatnonzero(tells & (own < STILL * larger)).tolist():
+            part = slice(rows * block, rows * (block + 1))
+            if not _is_a_step(wires[farthest[block]][part]):
+                failed.append(FailedWire(name, float(time_s[rows * block])))
+                break
+    return tuple(failed)
+
+
+def _without(failed: Sequence[FailedWire], rest: Sequence[str]) -> tuple[str, ...]:
+    stroke = f"{rest[0]} alone, without the tilt" if len(rest) == 1 else f"the mean of {', '.join(rest)}"
+    return tuple(
+        f"draw wire {one.wire} stands still from {one.from_s:.4g} s on while others move: broken or stuck; "
+        f"the stroke is {stroke}"
+        for one in failed
+    )
+
+
+def _of_the_rest(record: Record, wires: Mapping[str, FloatArray]) -> Record:
+    """Return the record with the stroke of the wires that are left."""
+    left = list(wires.values())
+    difference = tilt_of_strokes(left) if len(left) > 1 else record.wire_difference_mm
+    return replace(record, stroke_mm=mean_of_strokes(left), wire_difference_mm=difference)
+
+
+def _facts_of(facts: RunFacts, names: Sequence[str], gone: Collection[str]) -> RunFacts:
+    """Return the facts with what is stated of the wires that are left."""
+    stated, known = facts.stroke_uncertainty, facts.stroke_identities
+    left = [number for number, name in enumerate(names) if name not in gone]
+    return replace(
+        facts,
+        stroke_uncertainty=tuple(stated[n] for n in left) if len(stated) == len(names) else stated,
+        stroke_identities=tuple(known[n] for n in left) if len(known) == len(names) else known,
     )
 
 
@@ -124,17 +193,12 @@ def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, floa
 
 def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
     """Return which wire (1 or 2) stands still while the other moves, and the row from which on; or None."""
-    rows = mean_mm.size // min(BLOCKS, max(1, mean_mm.size // 8))
-    blocks = mean_mm.size // rows
-    every = max(1, rows // _LOOKED_AT)
-    mean, difference = (
-        column[: blocks * rows].reshape(blocks, rows)[:, ::every] for column in (mean_mm, difference_mm)
-    )
+    (mean, rows), (difference, _) = _blocks(mean_mm), _blocks(difference_mm)
     wires = mean + 0.5 * difference, mean - 0.5 * difference
     moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in wires]
     one, two = moved
     larger = np.maximum(one, two)
-    starts = rows * np.arange(blocks)
+    starts = rows * np.arange(len(mean))
     tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
     for number, own, other in ((1, one, two), (2, two, one)):
         still = tells & (own < STILL * other)
@@ -148,5 +212,15 @@ def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int]
 def _leaps(mean_mm: FloatArray, difference_mm: FloatArray, part: slice, *, other: int) -> bool:
     """Say whether what a wire moves by in a stretch is one step, as of a wire that slips, and no motion."""
     sign = 0.5 if other == 1 else -0.5
-    wire = mean_mm[part] + sign * difference_mm[part]
+    return _is_a_step(mean_mm[part] + sign * difference_mm[part])
+
+
+def _blocks(column: FloatArray) -> tuple[FloatArray, int]:
+    """Return a column in stretches, thinned, shape (stretches, samples), and how many rows each has."""
+    rows = column.size // min(BLOCKS, max(1, column.size // 8))
+    blocks = column.size // rows
+    return column[: blocks * rows].reshape(blocks, rows)[:, :: max(1, rows // _LOOKED_AT)], rows
+
+
+def _is_a_step(wire: FloatArray) -> bool:
     return bool(np.max(np.abs(np.diff(wire))) > SLIPS * np.ptp(wire))

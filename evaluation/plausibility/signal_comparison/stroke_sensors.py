@@ -232,21 +232,27 @@ def _together(look: RunView, judged: Mapping[str, list[Finding]]) -> list[Findin
     sizes = [finding.size for finding in first if finding.size is not None]
     if max(sizes) - min(sizes) > 0.1 * max(abs(size) for size in sizes):
         return all_found
-    text = f"both draw wires alike: {first[0].text}; or the piston's channel is wrong, and they are right"
+    which = "both" if len(judged) == 2 else "all"
+    text = f"{which} draw wires alike: {first[0].text}; or the piston's channel is wrong, and they are right"
     return [doubt(look, first[0].kind, "stroke", first[0].size, first[0].unit, text)]
 
 
 def _wires_alone(look: RunView, signals: Signals) -> list[Finding]:
-    """Return whether two wires differ by a factor, where no piston says which is right."""
+    """Return whether wires differ from the first by a factor, where no piston says which is right."""
     if len(signals.strokes) < 2 or look.out:
         return []
-    one, two = (signals.by_name[name] for name in signals.strokes[:2])
+    first, *others = signals.strokes
+    return next((found for other in others if (found := _two_wires(look, signals, first, other))), [])
+
+
+def _two_wires(look: RunView, signals: Signals, first: str, second: str) -> list[Finding]:
+    one, two = signals.by_name[first], signals.by_name[second]
     fit = fitted(one, two)
     if fit is None or max(float(np.ptp(one)), float(np.ptp(two))) < LEAST_MM:
         return []
     late = lateness(signals.time_s, one, two) if fit.left > FOLLOWS else None
     if late is not None and abs(late[0]) > LEAST_LATE_S and late[1].left < BETTER * fit.left:
-        name, other = ("stroke_2", "stroke_1") if late[0] > 0.0 else ("stroke_1", "stroke_2")
+        name, other = (second, first) if late[0] > 0.0 else (first, second)
         text = f"{name} comes {abs(late[0]):.3g} s later than {other}: look at delay_s of both ({SETTING})"
         return [doubt(look, "delay", name, abs(late[0]), "s", text)]
     # What a factor leaves is less than what it explains: a wire that slips, or jumps, has none.
@@ -254,7 +260,7 @@ def _wires_alone(look: RunView, signals: Signals) -> list[Finding]:
         return []
     kind: Literal["scale", "sign"] = "scale" if fit.factor > 0.0 else "sign"
     text = (
-        f"stroke_2 is {shown(fit.factor)} of stroke_1: one of them has a wrong factor or sign; look at the "
+        f"{second} is {shown(fit.factor)} of {first}: one of them has a wrong factor or sign; look at the "
         f"calibrations of both in {SETTING}"
     )
     return [doubt(look, kind, "stroke", fit.factor, "", text)]
@@ -291,7 +297,7 @@ def _zeros(look: RunView, signals: Signals) -> list[Finding]:
 
 
 def _slipped(look: RunView, signals: Signals, rows: NDArray[np.bool_], expected: FloatArray) -> list[Finding]:
-    """Return the wire that leaves the piston for good while the other one does not."""
+    """Return the wire that leaves the piston for good while another one does not."""
     if any(name in look.out for name in signals.strokes) or len(signals.strokes) < 2:
         return []
     time_s = signals.time_s[rows]

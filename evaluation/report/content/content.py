@@ -153,6 +153,11 @@ class Content:
         End of the last run, ISO 8601, the date of the document; empty if no run has one.
     software : str
         Name and version that made it.
+
+    Raises
+    ------
+    ValueError
+        If two sections have one anchor: a link would lead to the wrong one.
     """
 
     title: str
@@ -163,6 +168,12 @@ class Content:
     sections: tuple[Section, ...]
     ended: str
     software: str
+
+    def __post_init__(self) -> None:
+        anchors = [section.id for section in self.sections]
+        for section in self.sections:
+            if anchors.count(section.id) > 1:
+                raise ValueError(f"section “{section.title}”: its anchor “{section.id}” is another's, too")
 
     @cached_property
     def report_id(self) -> str:

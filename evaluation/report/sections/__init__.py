@@ -53,7 +53,6 @@ if TYPE_CHECKING:
         spoiled_notice,
     )
     from bufferstand.evaluation.report.sections.reevaluation import (
-        changes_of,
         reevaluation_notice,
         reevaluation_section,
     )
@@ -66,6 +65,10 @@ if TYPE_CHECKING:
         cycles_section,
         runs_section,
         value_cell,
+    )
+    from bufferstand.evaluation.report.sections.section_files import (
+        BuildSection,
+        with_added,
     )
     from bufferstand.evaluation.report.sections.software import (
         software_section,
@@ -81,18 +84,18 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.sections.verdicts import (
         requirements_section,
-        verdict_line,
+        summary_section,
         worst,
     )
 
 __all__ = [
+    "BuildSection",
     "ComparedFigures",
     "amendment_notice",
     "amendment_section",
     "as_recorded",
     "budgets_section",
     "calibrations",
-    "changes_of",
     "columns",
     "compared_of",
     "comparison_sections",
@@ -128,10 +131,11 @@ __all__ = [
     "spoiled_notice",
     "start_C",
     "statements_section",
+    "summary_section",
     "temperature_section",
     "value_cell",
-    "verdict_line",
     "warnings_section",
+    "with_added",
     "worst",
 ]
 

@@ -19,7 +19,7 @@ from bufferstand.evaluation.report.content import (
     quantity_cell,
     significant,
 )
-from bufferstand.evaluation.report.source import ModelAnswer, ReportRun
+from bufferstand.evaluation.report.source import ModelAnswer, ReportRun, ReportSource
 
 _METHOD = (
     "Nothing is fitted here: the model answers to the stroke as it was run, beginning each run at the first "
@@ -29,8 +29,11 @@ _METHOD = (
 )
 
 
-def model_section(runs: Sequence[ReportRun], given: ModelAnswer) -> Section:
-    """Return which model was compared, and by how much it misses each run."""
+def model_section(source: ReportSource) -> Section | None:
+    """Return which model was compared, and by how much it misses each run; None where none was given."""
+    given = source.modelled
+    if given is None:
+        return None
     model = given.model
     facts = Sheet(
         "The model",
@@ -48,7 +51,7 @@ def model_section(runs: Sequence[ReportRun], given: ModelAnswer) -> Section:
         min(float(t.min()) for t in temperatures), max(float(t.max()) for t in temperatures)
     )
     left = [f"Run {number} was left out: {why}." for number, why in given.left_out.items()]
-    blocks: list[Sheet | Table | Texts] = [facts, _misses(runs, given), Texts((_METHOD,))]
+    blocks: list[Sheet | Table | Texts] = [facts, _misses(source.runs, given), Texts((_METHOD,))]
     if notes or left:
         blocks.append(Texts((*notes, *left), listed=True))
     return Section("model", "Model against measurement", tuple(blocks))

@@ -47,8 +47,9 @@ def changes_of(source: ReportSource) -> EvaluationComparison | None:
     return None if source.earlier is None else compare_evaluations(source.earlier, source.document)
 
 
-def reevaluation_notice(changes: EvaluationComparison | None) -> tuple[str, ...]:
+def reevaluation_notice(source: ReportSource) -> tuple[str, ...]:
     """Return the line at the top of the report, if there is an earlier evaluation."""
+    changes = changes_of(source)
     if changes is None:
         return ()
     beyond = sum(move.beyond is True for move in changes.moves)
@@ -58,8 +59,9 @@ def reevaluation_notice(changes: EvaluationComparison | None) -> tuple[str, ...]
     return (f"Re-evaluation: {results}; {len(changes.verdicts)} verdicts are others.",)
 
 
-def reevaluation_section(source: ReportSource, changes: EvaluationComparison | None) -> Section | None:
+def reevaluation_section(source: ReportSource) -> Section | None:
     """Return settings, results and verdicts that are not what they were."""
+    changes = changes_of(source)
     if changes is None:
         return None
     numbers = {run.id: run.number for run in source.runs}

@@ -1,4 +1,4 @@
-"""The tables of results: a row a run, and a row a cycle."""
+"""The tables of results: a row a run, its extremes, and a row a cycle."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from bufferstand.evaluation.report.content import (
     Column,
     Section,
     Table,
+    fixed,
     measured_cell,
     moment_text,
     quantity_cell,
     usable,
 )
-from bufferstand.evaluation.report.sections.extremes import extremes_table
 from bufferstand.evaluation.report.sections.verdicts import run_verdict_cell
 from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, ReportSource
 from bufferstand.foundation import duration_text
@@ -39,6 +39,14 @@ def _of_cycles(table: str) -> Catalogue:
 _MOTION, _ENERGY = _of_cycles("motion"), _of_cycles("energy")
 _OF_RUN = QUANTITIES.that(lambda entry: entry.shown.runs)
 _UNSAID = "the evaluation document does not say why"
+_EXTREMES = (
+    ("force_max_kN", "Force max.", "kN"),
+    ("force_min_kN", "Force min.", "kN"),
+    ("stroke_max_mm", "Stroke max.", "mm"),
+    ("speed_max_mm_per_s", "Speed max.", "mm/s"),
+    ("temperature_max_C", "Temperature max.", "°C"),
+)
+_NOT_HAD = "not to be had from the record; see the warnings of the run"
 
 
 def columns(entries: Catalogue) -> tuple[Column, ...]:
@@ -224,3 +232,37 @@ def _values(cycle: Mapping[str, Any], entries: Catalogue) -> tuple[Cell, ...]:
         else value_cell(entry, cycle)
         for entry in entries
     )
+
+
+def extremes_table(source: ReportSource) -> Table:
+    """Return the extremes of each run with U, and when they were reached."""
+    return Table(
+        "Extremes of all samples",
+        (
+            Column("Run"),
+            *(
+                column
+                for _, words, unit in _EXTREMES
+                for column in (Column(f"{words} ± U", unit), Column("at", "s"))
+            ),
+        ),
+        tuple(_extremes_row(run) for run in source.runs),
+        note="Over every sample of the run, also outside of cycles; all other figures are those of cycles, "
+        "or means over them. ? : in doubt, see Warnings.",
+    )
+
+
+def _extremes_row(run: ReportRun) -> tuple[Cell, ...]:
+    cells = [Cell(str(run.number), "number")]
+    for name, _, _ in _EXTREMES:
+        extreme = run.extreme(name)
+        if extreme is None:
+            cells += [Cell(DASH, "missing", run.problem or _NOT_HAD)] * 2
+            continue
+        shown = measured_cell(extreme.value, extreme.expanded_uncertainty, _NOT_HAD)
+        at = DASH if extreme.time_s is None else fixed(extreme.time_s, 2)
+        cells += [
+            Cell(f"{shown.text} ?", "open") if extreme.doubt else shown,
+            Cell(at, "number"),
+        ]
+    return tuple(cells)

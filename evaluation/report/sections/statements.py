@@ -19,9 +19,9 @@ from bufferstand.evaluation.report.content import (
     fixed,
     significant,
 )
-from bufferstand.evaluation.report.sections.identity import operator
+from bufferstand.evaluation.report.sections.identity import calibrations, operator, overdue
 from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition
-from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, purpose_warnings, runs_text
 
 DOUBTED = "doubted"
 """Kind of a run's event that tells what ended an earlier start of its campaign, which recorded nothing."""
@@ -213,13 +213,14 @@ def _derived_deviations(source: ReportSource) -> list[str]:
     return items
 
 
-def warnings_section(source: ReportSource, further: list[str]) -> Section | None:
+def warnings_section(source: ReportSource) -> Section | None:
     """Return every warning once with the runs that it concerns, or None if there is none."""
     of: dict[str, list[int]] = {}
     for run in source.runs:
         for warning in ([run.problem] if run.problem else []) + run.warnings:
             of.setdefault(warning, []).append(run.number)
-    further = [*further, *(text for run in source.runs for text in not_as_required(run))]
+    further = [*purpose_warnings(source), *overdue(calibrations(source))]
+    further += [text for run in source.runs for text in not_as_required(run)]
     items = [*source.findings, *further, *(f"{_capital(runs_text(n))}: {text}" for text, n in of.items())]
     return Section("warnings", "Warnings", (Texts(tuple(items), listed=True),)) if items else None
 

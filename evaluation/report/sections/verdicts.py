@@ -7,6 +7,7 @@ from typing import Any
 
 from bufferstand.evaluation.report.content import (
     DASH,
+    Block,
     Cell,
     Column,
     Section,
@@ -137,6 +138,29 @@ def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]
         where = f" (cycle{'s' if len(of) > 1 else ''} {', '.join(of)})" if of else ""
         points.append(f"{name}{where}: {why}" if why else f"{name}{where}")
     return tuple(points)
+
+
+def summary_section(source: ReportSource) -> Section:
+    """Return the verdicts, and how many runs there are, with their greatest force and their damping."""
+    judged = [run for run in source.runs if run.evaluated.get("verdict") is not None]
+    others = len(source.runs) - len(judged)
+    blocks: list[Block] = [verdict_line(run) for run in judged]
+    runs = f"{len(source.runs)} run{'s' if len(source.runs) != 1 else ''}"
+    sentence = f"{runs}, of which {len(judged)} judged against requirements."
+    if apart := sum(run.characterises for run in judged):
+        sentence += f" {apart} of these as characterisation, which no statement of conformity rests on."
+    if others:
+        sentence += f" Of the other {others} nothing is required: they state characteristics."
+    damping = [value for run in source.runs if (value := run.result("damping")) is not None]
+    forces = [
+        (one.value, one.doubt) for run in source.runs if (one := run.extreme("force_max_kN")) and one.value
+    ]
+    if forces:
+        greatest, doubt = max(forces)
+        sentence += f" Greatest force {greatest:.1f} kN{' (in doubt, see Warnings)' if doubt else ''}."
+    if damping:
+        sentence += f" Damping from {min(damping):.3f} to {max(damping):.3f}."
+    return Section("summary", "Summary", (*blocks, Texts((sentence,))))
 
 
 def requirements_section(source: ReportSource) -> Section | None:

@@ -23,7 +23,7 @@ from bufferstand.evaluation.run.extremes.errors import (
 )
 from bufferstand.evaluation.run.extremes.speeds import SpeedPeak, greatest_speeds
 from bufferstand.evaluation.uncertainty import Draws, Noise, Spectrum
-from bufferstand.foundation.channels import ChannelUncertainty
+from bufferstand.foundation.channels import STROKE_CHANNELS, ChannelUncertainty
 
 Extremes = Mapping[str, Extreme]
 _ENDS = ("min", "max")
@@ -132,7 +132,7 @@ def step_extremes(
     text = f"of means over {averaged} samples: the run is too long to be held at once"
     return {
         name: replace(extreme, doubt=extreme.doubt or text)
-        if extreme.channel in ("force", "stroke", "stroke_1", "stroke_2", "speed")
+        if extreme.channel in ("force", "stroke", *STROKE_CHANNELS, "speed")
         else extreme
         for name, extreme in found.items()
     }
@@ -278,10 +278,13 @@ def _corrected(ends: Ends, recorded: Recorded) -> Ends:
 
 def _strokes(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
     samples = recorded.samples
-    channel = "stroke"
-    if recorded.wires is not None and recorded.wires.out:
-        channel = "stroke_2" if recorded.wires.out[0].wire == "stroke_1" else "stroke_1"
-    ends = samples.ends.get(channel) or peaks_of(samples.time_s, samples.stroke_mm, samples.breaks)
+    channel, out = "stroke", {one.wire for one in recorded.wires.out} if recorded.wires else set()
+    if out:
+        wires = [name for name in STROKE_CHANNELS if name in samples.as_recorded] or STROKE_CHANNELS[:2]
+        left = [name for name in wires if name not in out]
+        channel = left[0] if len(left) == 1 else "stroke"
+    ends = None if out and channel == "stroke" else samples.ends.get(channel)
+    ends = ends or peaks_of(samples.time_s, samples.stroke_mm, samples.breaks)
     found = _named("stroke", ends, channel)
     if draws is None or ends is None:
         return found

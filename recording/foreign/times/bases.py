@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.channels import STROKE_CHANNELS
 from bufferstand.recording.content import StreamContent
 from bufferstand.recording.foreign.columns import DATE_TIME, MappedColumn, quoted
 from bufferstand.recording.foreign.import_options import ImportRequest
@@ -91,7 +92,7 @@ def _order(base: TimeBase) -> tuple[bool, bool]:
 def _check_common_clock(bases: Sequence[TimeBase], by_name: Mapping[str, int], record: ForeignRecord) -> None:
     """Refuse stroke and force that are stamped by different clocks, or counted each by itself."""
     of_stroke = _base_of(bases, "stroke_1")
-    for name in ("force", "stroke_2"):
+    for name in ("force", *STROKE_CHANNELS[1:]):
         if name not in by_name:
             continue
         own = _base_of(bases, name)

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from bufferstand.drivers.amplifiers.aed.amplifier import AedAmplifier
+from bufferstand.drivers.amplifiers.aed.simulated import AedDevice
 from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
-from bufferstand.drivers.connect_sensors import build_amplifier
+from bufferstand.drivers.amplifiers.gsv2.simulated import FULL_SCALE, Gsv2Device
+from bufferstand.drivers.connect_sensors import build_sensors
+from bufferstand.drivers.instruments.catalogue import Kind, kinds
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.register_maps.amplifier_map import load_amplifier_map
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
-from bufferstand.drivers.simulated.machine.amplifier_numbers import FULL_SCALE
-from bufferstand.drivers.simulated.machine.device import AmplifierValues
-from bufferstand.drivers.simulated.wires.amplifiers import AedDevice, Gsv2Device
+from bufferstand.drivers.simulated.machine.instruments import InstrumentValues
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
@@ -61,7 +63,9 @@ class InProcess:
     def give(self, *counts: int) -> None:
         times = self._now_s + np.arange(1, len(counts) + 1) / 250.0
         self._now_s = float(times[-1])
-        self._stand.device.frames.append(AmplifierValues(times, np.array(counts, dtype=np.int64)))
+        self._stand.device.instruments[0].frames.append(
+            InstrumentValues(times, np.array(counts, dtype=np.int64))
+        )
 
     def saturate(self) -> None:
         self.give(FULL_SCALE)
@@ -81,7 +85,7 @@ class OnPty:
         )
         settings = amplifier_settings(folder, text, extra=LIMITS)
         device = Gsv2Device(250.0, frame=settings.gsv2.frame) if protocol == "gsv2" else AedDevice()
-        self._far = FarEnd(folder / "wire", device, rate_Hz)
+        self._far = FarEnd(folder / "wire", device)
         kind = Gsv2Amplifier if protocol == "gsv2" else AedAmplifier
         self.sensor: Sensor = kind(folder / "wire", settings, WallClock())
 
@@ -107,7 +111,7 @@ class OverModbus:
             f'modbus = {{ map = "dms-float"{where} }}\n' + ('port = "wire"\nbaud = 115200\n' if line else "")
         )
         amplifier_settings(folder, text, extra=LIMITS)
-        sensor = build_amplifier(load_stand(folder / "stand.toml"), WallClock())
+        sensor = build_sensors(load_stand(folder / "stand.toml"), WallClock())[0]
         assert sensor is not None
         self.sensor = sensor
 
@@ -125,6 +129,27 @@ class OverModbus:
         self._server.close()
 
 
+class OfKind:
+    """A kind of another package on its simulated device, as its stand file entry leads to it."""
+
+    def __init__(self, folder: Path, kind: Kind) -> None:
+        text = f'protocol = "{kind.name}"\nport = "wire"\nrate_Hz = 100.0\nrange_kN = 630.0\n'
+        settings = amplifier_settings(folder, text, extra=LIMITS)
+        device = kind.simulated(settings)
+        assert device is not None
+        self._far = FarEnd(folder / "wire", device)
+        self.sensor = build_sensors(load_stand(folder / "stand.toml"), WallClock())[0]
+
+    def give(self, *counts: int) -> None:
+        self._far.give(*counts)
+
+    def saturate(self) -> None:
+        self._far.give(0, overload=True)
+
+    def close(self) -> None:
+        self._far.close()
+
+
 BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "in-process": InProcess,
     "gsv2-5-bytes": lambda folder: OnPty(folder, "gsv2", ""),
@@ -132,4 +157,10 @@ BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "aed-text": lambda folder: OnPty(folder, "aed", "aed = { output = 9 }"),
     "modbus-tcp": lambda folder: OverModbus(folder, line=False),
     "modbus-rtu": lambda folder: OverModbus(folder, line=True),
+}
+OURS = {"gsv2", "aed", "modbus"}
+BACKENDS |= {
+    kind.name: partial(OfKind, kind=kind)
+    for kind in kinds()
+    if kind.table == "amplifier" and kind.name not in OURS
 }

@@ -21,6 +21,7 @@ from bufferstand.foundation.clock import Clock, WallClock
 from bufferstand.foundation.motions import Release
 from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
+from tests.many_channels import stand_with
 
 BOUNDS = Bounds()
 """What the suite orders on whatever it runs; a few orders that a real stand never sees go beyond."""
@@ -133,8 +134,8 @@ def in_process(folder: Path) -> Iterator[Bench]:
 
 
 @contextmanager
-def served(folder: Path, changes: dict[str, str]) -> Iterator[Bench]:
-    path = write_stand(folder, changes)
+def served(folder: Path, changes: dict[str, str] | None) -> Iterator[Bench]:
+    path = stand_with(folder, wires=4, further=True) if changes is None else write_stand(folder, changes)
     stand = load_stand(path)
     speed = RTU_SPEED if stand.controller.serial else TCP_SPEED
     if stand.profile().window is None:
@@ -186,8 +187,9 @@ def real(path: Path, given: str | None, say: Say) -> Iterator[Bench]:
 
 
 RING_TO_POLLING = {'profile = "ring"': 'profile = "polling"'}
-SERVED: dict[str, dict[str, str]] = {
+SERVED: dict[str, dict[str, str] | None] = {
     "TCP": {},
+    "four wires and more over TCP": None,
     "RTU": {TCP: RTU},
     "polled over TCP": RING_TO_POLLING,
     "polled over RTU": {TCP: RTU, **RING_TO_POLLING},

@@ -25,6 +25,7 @@ SPEED = 20.0
     params=[
         "in process",
         "TCP",
+        "four wires and more over TCP",
         "RTU",
         "polled over TCP",
         pytest.param("polled over RTU", marks=pytest.mark.long),
@@ -71,9 +72,7 @@ def test_it_says_who_it_is_and_says_it_again(bench: Bench) -> None:
     facts = bench.controller.facts
     assert facts.name == "controller"
     assert facts.clock == ("host" if bench.polled else "device")
-    assert {channel.name for channel in facts.channels} == {
-        "force", "stroke_1", "stroke_2", "position", "command",
-    }  # fmt: skip
+    assert {"force", "stroke_1", "position", "command"} <= {channel.name for channel in facts.channels}
 
 
 def test_whoever_commands_sees_no_other_program_do_so(bench: Bench) -> None:

@@ -112,12 +112,11 @@ def test_amplifier_frames_come_at_their_rate(tmp_path: Path) -> None:
     stand = device(tmp_path, force_noise_kN=0.0)
     move(stand)
     stand.advance_to(2.0)
-    assert file.amplifier is not None
-    time_s = np.concatenate([frames.time_s for frames in stand.frames])
-    counts = np.concatenate([frames.counts for frames in stand.frames])
+    time_s = np.concatenate([frames.time_s for frames in stand.instruments[0].frames])
+    counts = np.concatenate([frames.counts for frames in stand.instruments[0].frames])
     assert time_s.size == pytest.approx(500, abs=8)
     log = stand.truth.arrays()  # type: ignore[union-attr]
-    value = file.amplifier.channel.calibration.apply(counts)
+    value = file.instruments[0].channel.calibration.apply(counts)
     expected = np.interp(time_s - 0.002, log["time_us"] / 1e6 / (1 + 20e-6), log["force_kN"])
     assert value == pytest.approx(expected, abs=0.2)
 

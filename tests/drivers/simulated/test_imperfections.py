@@ -70,7 +70,7 @@ def test_both_amplifiers_and_both_wires_read_the_drift_and_the_truth_does_not(tm
     np.testing.assert_allclose(read["force"], force, atol=2e-4)
     np.testing.assert_allclose(read["stroke_1"], truth["stroke_mm"] + 0.1 * warmth + 0.01 * made_s, atol=5e-3)
     np.testing.assert_allclose(read["stroke_2"], truth["stroke_mm"] - 0.1 * warmth, atol=5e-3)
-    last = list(stand.frames)[-1]
+    last = list(stand.instruments[0].frames)[-1]
     assert last.counts[-1] * 7.885695443832332e-05 == pytest.approx(force[-1], abs=0.02)
     assert stand.controller.step(0.0, 20.0) == 20.0  # what it acts on has a tare of its own
 

@@ -59,7 +59,7 @@ def truth(stand: SimulatedDevice) -> dict[str, np.ndarray]:
 
 
 def second_force(stand: SimulatedDevice) -> tuple[np.ndarray, np.ndarray]:
-    frames = list(stand.frames)
+    frames = list(stand.instruments[0].frames)
     counts = np.concatenate([frame.counts for frame in frames])
     return np.concatenate([frame.time_s for frame in frames]), counts * 7.885695443832332e-05
 

@@ -410,7 +410,7 @@ def test_another_map_with_little_words_works_alike(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_map_of_what_is_not_measured_is_refused(tmp_path: Path) -> None:
-    text = LITTLE.replace('"command:i16"', '"current:i16"')
+    text = LITTLE.replace('"command:i16"', '"command:i16", "current:i16"')
     (tmp_path / "other.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(BadInput, match="has no “current”"):
+    with pytest.raises(BadInput, match="has no channel “current”"):
         RegisterBank(device(tmp_path), load_profile("other.toml", tmp_path))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bufferstand.drivers.connect_sensors import build_amplifier
+from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.interfaces import SampleBlock
 from bufferstand.drivers.register_maps.amplifier_map import SHIPPED_MAPS, load_amplifier_map
 from bufferstand.drivers.simulated.faults.control import ask
@@ -41,7 +41,7 @@ def served(
 
 @pytest.fixture
 def got(served: tuple[SimulatedStandProcess, StandFile]) -> Iterator[Collector]:
-    sensor = build_amplifier(served[1], WallClock())
+    sensor = build_sensors(served[1], WallClock())[0]
     assert sensor is not None
     sensor.start()
     yield Collector(sensor)

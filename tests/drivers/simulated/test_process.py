@@ -143,21 +143,19 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "run/endpoints.json").read_text(encoding="utf-8")) == {
         "host": "127.0.0.1",
         "port": served.port,
-        "amplifier_port": str(tmp_path / "run/wires/amplifier"),
         "w1_root": str(tmp_path / "run/wires/w1/devices"),
         "speed": 1.0,
         "pid": running.pid,
         "controller_serial": None,
         "onewire_port": None,
         "faults_socket": str(tmp_path / "run/wires/faults"),
-        "amplifier_host": None,
-        "amplifier_tcp_port": None,
+        "instruments": {"amplifier": str(tmp_path / "run/wires/amplifier")},
         "time_file": str(tmp_path / "run/wires/time"),
     }
-    assert Path(served.amplifier_port or "").is_symlink()
+    assert Path(str(served.instruments["amplifier"])).is_symlink()
     assert (Path(served.w1_root or "") / "28-00000a3f91c2/w1_slave").is_file()
     assert running.stop() == 0
-    assert not Path(served.amplifier_port or "").is_symlink()
+    assert not Path(str(served.instruments["amplifier"])).is_symlink()
     assert not Path(served.w1_root or "").exists()
     assert running.log.read_text(encoding="utf-8") == ""
 

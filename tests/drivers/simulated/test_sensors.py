@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.drivers.simulated.machine.ring import SampleRing
-from bufferstand.drivers.simulated.transducers import Converter, Converters, Delay, Resampler, WirePair
+from bufferstand.drivers.simulated.transducers import Converter, Converters, Delay, DrawWires, Resampler
 from bufferstand.foundation.channels.calibration import Calibration, Divider
 from bufferstand.foundation.channels.channel import Channel
 from bufferstand.foundation.errors import BadInput
@@ -84,12 +84,12 @@ def test_calibration_of_higher_degree_is_refused() -> None:
 
 
 def test_wires_agree_at_zero_tilt_apart_and_average_to_the_stroke() -> None:
-    pair = WirePair(0.03, 0.001)
+    pair = DrawWires(0.03, 0.001)
     felt = pair.feel(np.array([0.0, 50.0, 100.0]))
     assert felt[0] == pytest.approx([0.0, 0.0], abs=1e-12)
     assert felt[:, 0] - felt[:, 1] == pytest.approx([0.0, 0.1, 0.2], abs=0.13)
     assert felt.mean(axis=1) == pytest.approx([0.0, 50.0, 100.0], abs=0.06)
-    straight = WirePair(0.0, 0.002).feel(np.array([80.0]))
+    straight = DrawWires(0.0, 0.002).feel(np.array([80.0]))
     assert straight[0] == pytest.approx([80.16, 79.84])
 
 

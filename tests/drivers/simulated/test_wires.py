@@ -19,10 +19,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.drivers.amplifiers.gsv2.frames import FrameDecoder
+from bufferstand.drivers.amplifiers.gsv2.simulated import Gsv2Device, encode_frames
 from bufferstand.drivers.simulated.faults.schedule import ScheduledFault, parse_fault
-from bufferstand.drivers.simulated.machine.device import AmplifierValues
-from bufferstand.drivers.simulated.wires.amplifiers import encode_frames
-from bufferstand.drivers.simulated.wires.serial_pty import BUFFER, AmplifierPty
+from bufferstand.drivers.simulated.machine.instruments import InstrumentValues
+from bufferstand.drivers.simulated.wires.serial_pty import BUFFER, InstrumentPty
 from bufferstand.drivers.simulated.wires.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
 from bufferstand.drivers.thermometers.ds18b20 import ReadingFault, TemperatureReading, crc8, decode_w1_slave
 from bufferstand.foundation.errors import BadInput
@@ -47,22 +47,22 @@ def test_frames_decode_to_what_was_sent(counts: list[int]) -> None:
 
 
 @pytest.fixture
-def amplifier(tmp_path: Path) -> Iterator[AmplifierPty]:
-    made = AmplifierPty(tmp_path / "wires" / "amplifier", deque(), 250.0)
+def amplifier(tmp_path: Path) -> Iterator[InstrumentPty]:
+    made = InstrumentPty(tmp_path / "wires" / "amplifier", deque(), Gsv2Device(250.0))
     yield made
     made.close()
 
 
 @pytest.fixture
-def reader(amplifier: AmplifierPty) -> Iterator[int]:
+def reader(amplifier: InstrumentPty) -> Iterator[int]:
     descriptor = os.open(amplifier.link, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     tty.setraw(descriptor)
     yield descriptor
     os.close(descriptor)
 
 
-def send(amplifier: AmplifierPty, *counts: int) -> None:
-    amplifier._frames.append(AmplifierValues(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
+def send(amplifier: InstrumentPty, *counts: int) -> None:
+    amplifier._frames.append(InstrumentValues(np.zeros(len(counts)), np.array(counts, dtype=np.int64)))
     amplifier.pump()
 
 
@@ -81,12 +81,12 @@ def read(descriptor: int, wanted: int = 0) -> bytes:
         time.sleep(0.001)
 
 
-def command(amplifier: AmplifierPty, reader: int, byte: bytes) -> None:
+def command(amplifier: InstrumentPty, reader: int, byte: bytes) -> None:
     os.write(reader, byte)
     assert select.select([amplifier._master], [], [], 10.0)[0]
 
 
-def test_it_streams_unasked_and_obeys_its_commands(amplifier: AmplifierPty, reader: int) -> None:
+def test_it_streams_unasked_and_obeys_its_commands(amplifier: InstrumentPty, reader: int) -> None:
     send(amplifier, 1, 2)
     expected = encode_frames(np.array([1, 2]))
     assert read(reader, len(expected)) == expected
@@ -111,7 +111,7 @@ def bytes_waiting(reader: int) -> int:
 
 
 def test_a_reader_that_comes_too_late_finds_whole_frames_and_the_loss_is_counted(
-    amplifier: AmplifierPty, reader: int
+    amplifier: InstrumentPty, reader: int
 ) -> None:
     waiting = 0
     for start in range(0, 3000, 100):
@@ -129,8 +129,8 @@ def test_a_reader_that_comes_too_late_finds_whole_frames_and_the_loss_is_counted
     assert [frame.count for frame in frames] == list(range(3000 - len(frames), 3000))
 
 
-def test_silence_sends_nothing_and_keeps_no_backlog(amplifier: AmplifierPty, reader: int) -> None:
-    amplifier._frames.append(AmplifierValues(np.zeros(1), np.array([5], dtype=np.int64)))
+def test_silence_sends_nothing_and_keeps_no_backlog(amplifier: InstrumentPty, reader: int) -> None:
+    amplifier._frames.append(InstrumentValues(np.zeros(1), np.array([5], dtype=np.int64)))
     amplifier.pump(silent=True)
     assert read(reader) == b""
     send(amplifier, 6)
@@ -141,7 +141,7 @@ def test_silence_sends_nothing_and_keeps_no_backlog(amplifier: AmplifierPty, rea
 def test_the_link_replaces_a_stale_one_and_goes_when_closed(tmp_path: Path) -> None:
     link = tmp_path / "amplifier"
     link.symlink_to(tmp_path / "gone")
-    made = AmplifierPty(link, deque(), 250.0)
+    made = InstrumentPty(link, deque(), Gsv2Device(250.0))
     attributes = termios.tcgetattr(os.open(link, os.O_RDWR | os.O_NOCTTY))
     assert not attributes[3] & (termios.ECHO | termios.ICANON)
     made.close()
@@ -151,7 +151,7 @@ def test_the_link_replaces_a_stale_one_and_goes_when_closed(tmp_path: Path) -> N
 def test_a_real_device_is_never_replaced(tmp_path: Path) -> None:
     (tmp_path / "ttyUSB0").write_text("", encoding="ascii")
     with pytest.raises(BadInput, match="never replaced"):
-        AmplifierPty(tmp_path / "ttyUSB0", deque(), 250.0)
+        InstrumentPty(tmp_path / "ttyUSB0", deque(), Gsv2Device(250.0))
     assert (tmp_path / "ttyUSB0").is_file()
 
 

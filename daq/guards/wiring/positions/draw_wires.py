@@ -240,10 +240,11 @@ class WireJudge:
             return _doubt(
                 "swapped", f"force, {name}", setting, f"{text}: they are exchanged", off[name], CLOSE_MM
             )
-        both = len(wires) == 2 and len(off) == 2 and abs(off[wires[0]] - off[wires[1]]) < 0.3 * abs(off[name])
-        sensor = ", ".join(wires) if both else name
+        alike = max(off.values()) - min(off.values()) < 0.3 * abs(off[name])
+        together = len(off) == len(wires) > 1 and alike
+        sensor = ", ".join(wires) if together else name
         expected_mm = at_mm - sum(self._given_mm(scene, now, at_mm)) / 2.0
-        who = "both draw wires go" if both else f"{name} goes"
+        who = f"{'both' if len(wires) == 2 else 'all'} draw wires go" if together else f"{name} goes"
         if not scene.counted and at_mm < MET_MM + 3.0 and name in (against := self._against(scene, now)):
             went_mm = -against[name]
             expected_mm = at_mm = max(at_mm, abs(went_mm))
@@ -252,7 +253,7 @@ class WireJudge:
         if (late_s := self._late.explains(scene, contact, name)) is not None:
             return late_wires(sensor, late_s)
         kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
-        return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, both=both)
+        return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, together=together)
 
     def _may_come(
         self,
@@ -318,18 +319,18 @@ class WireJudge:
             return None
         if instead := force_instead(scene, behind, least, SLOPE_OFF, " mm per mm of the way"):
             return instead
-        both = len(found) == 2
+        together = len(found) == len(scene.points.wires) > 1
         name = max(found, key=lambda one: abs(found[one] - 1.0))
         ratio, sensor = found[name], ", ".join(found)
         if (late_s := self._late.explains(scene, contact, name)) is not None:
             return late_wires(sensor, late_s)
         look = likeness(ratio)
         text = (
-            f"{sensor} {'go' if both else 'goes'} {ratio:.3f} times the way of the piston over "
+            f"{sensor} {'go' if len(found) > 1 else 'goes'} {ratio:.3f} times the way of the piston over "
             f"{travel_mm:.1f} mm"
         )
         return _scaled_doubt(
-            "scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, both=both
+            "scale", sensor, text + (f", {look}" if look else ""), ratio, 1.0 + SLOPE_OFF, together=together
         )
 
 
@@ -359,11 +360,11 @@ def _kind(ratio: float, lately: float, *, right_before: bool) -> tuple[Kind, str
 
 
 def _scaled_doubt(
-    kind: Kind, sensor: str, text: str, value: float, limit: float, *, both: bool
+    kind: Kind, sensor: str, text: str, value: float, limit: float, *, together: bool
 ) -> SignalDoubt:
-    """Return a doubt of how far wires go; where both are alike, it may be the piston's own scale."""
+    """Return a doubt of how far wires go; where all are alike, it may be the piston's own scale."""
     setting = channel_setting(sensor, "calibration and delay_s" if kind == "still" else "calibration")
-    if both and kind == "scale":
+    if together and kind == "scale":
         text += "; or the piston's own scale is wrong, in position and command alike"
         setting += f", or {channel_setting('position', 'calibration')}"
     return _doubt(kind, sensor, setting, text, value, limit)

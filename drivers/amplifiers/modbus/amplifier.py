@@ -12,12 +12,12 @@ from typing import Literal
 
 import numpy as np
 
+from bufferstand.drivers.amplifiers.modbus.settings import RegisterEntry
 from bufferstand.drivers.amplifiers.serial import SILENCE_S, STREAM, with_saturation
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.mailbox import Mailbox
 from bufferstand.drivers.modbus import ModbusLink
 from bufferstand.drivers.register_maps import AmplifierMap, decode_value, status_texts
-from bufferstand.drivers.stand_file import AmplifierSettings
 from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import PlausibilityWatch
 
@@ -39,19 +39,26 @@ class ModbusAmplifier:
         To the amplifier; this object owns it.
     registers : AmplifierMap
         What lies where.
-    settings : AmplifierSettings
+    settings : RegisterEntry
         Rate at which it is asked, channel.
     clock : Clock
         Stand time for the stamps, wall time for the judgement of silence.
+    stream : str
+        What its samples are called.
     """
 
     facts: StreamFacts
 
     def __init__(
-        self, link: ModbusLink, registers: AmplifierMap, settings: AmplifierSettings, clock: Clock
+        self,
+        link: ModbusLink,
+        registers: AmplifierMap,
+        settings: RegisterEntry,
+        clock: Clock,
+        stream: str = STREAM,
     ) -> None:
         device = f"Modbus amplifier, map {registers.id} edition {registers.edition}"
-        self.facts = StreamFacts(STREAM, "host", (settings.channel,), settings.rate_Hz, device)
+        self.facts = StreamFacts(stream, "host", (settings.channel,), settings.rate_Hz, device)
         self._link = link
         self._map = registers
         self._period_s = 1.0 / settings.rate_Hz
@@ -91,7 +98,7 @@ class ModbusAmplifier:
         self._stop.clear()
         self._due_s = self._new_s = self._clock.now_s()
         self._heard_wall_s = self._clock.wall_s()
-        self._thread = threading.Thread(target=self._run, name="amplifier", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=self.facts.name, daemon=True)
         self._thread.start()
 
     def drain(self) -> Sequence[SampleBlock | SensorFault]:
@@ -140,7 +147,7 @@ class ModbusAmplifier:
 
     @property
     def _name(self) -> str:
-        return f"amplifier at {self._link.address}"
+        return f"{self.facts.name} at {self._link.address}"
 
     def _run(self) -> None:
         while not self._stop.is_set():
@@ -151,7 +158,7 @@ class ModbusAmplifier:
                 self._read_once()
             except DeviceFault as fault:
                 if not self._failing:  # told once, not with every request of an outage
-                    self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), str(fault)))
+                    self._mailbox.put(SensorFault(self.facts.name, self._clock.now_s(), str(fault)))
                 self._failing = True
                 if self._clock.wall_s() - self._heard_wall_s > SILENCE_S:
                     self._stop.wait(_RETRY_S)
@@ -211,7 +218,9 @@ class ModbusAmplifier:
             wrong.setdefault(found.kind, f"{self._name}: {found.what}")
         self._sequence += lost
         self._mailbox.put(
-            SampleBlock(STREAM, self._sequence, times, {channel.name: raw}, lost, self._clock.now_s())
+            SampleBlock(
+                self.facts.name, self._sequence, times, {channel.name: raw}, lost, self._clock.now_s()
+            )
         )
         self._sequence += 1
         self._last_us = time_us
@@ -221,9 +230,9 @@ class ModbusAmplifier:
         """Say each state once when it begins; it may be said again when it has ended."""
         for key, text in wrong.items():
             if key not in self._wrong:
-                self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), text))
+                self._mailbox.put(SensorFault(self.facts.name, self._clock.now_s(), text))
         self._wrong = set(wrong) if ends else self._wrong | set(wrong)
 
     def _tell_events(self) -> None:
         for text in self._link.events():
-            self._mailbox.put(SensorFault(STREAM, self._clock.now_s(), f"{self._name}: {text}"))
+            self._mailbox.put(SensorFault(self.facts.name, self._clock.now_s(), f"{self._name}: {text}"))
