@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from bufferstand.drivers.interfaces import Sensor, Stand
+from bufferstand.drivers.interfaces import Controller, Sensor, Stand
 from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.simulated.build import make_device
 from bufferstand.drivers.simulated.faults import ScheduledFault
@@ -40,12 +41,15 @@ class InProcessStand:
         What is behind them.
     truth : Truth
         What really happened.
+    second : callable
+        Makes another program's driver of the same controller, not connected yet.
     """
 
     clock: VirtualClock
     stand: Stand
     device: SimulatedDevice
     truth: TruthLog
+    second: Callable[[], Controller]
 
 
 def open_in_process(
@@ -100,8 +104,8 @@ def open_in_process(
     wire = VirtualWire(device, profile, clock, lambda: way_s() + way_s())
     for fault in faults:
         wire.bank.demand_register(fault)
-    controller = open_controller(wire, stand_file, profile)
-    return InProcessStand(clock, Stand(controller, sensors), device, truth)
+    reach = partial(open_controller, wire, stand_file, profile)
+    return InProcessStand(clock, Stand(reach(), sensors), device, truth, reach)
 
 
 def behind_a_wire(

@@ -129,7 +129,13 @@ def write_stand(folder: Path, changes: dict[str, str]) -> Path:
 def in_process(folder: Path) -> Iterator[Bench]:
     made = open_in_process(load_stand(write_stand(folder, {})))
     made.stand.controller.connect()
-    yield Bench("in process", made.stand.controller, made.clock)
+
+    def second() -> Controller:
+        controller = made.second()
+        controller.connect()
+        return controller
+
+    yield Bench("in process", made.stand.controller, made.clock, second=second)
     made.stand.close()
 
 

@@ -11,6 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from bufferstand.drivers.interfaces import Controller
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.clock import Clock
@@ -43,6 +44,13 @@ class Recorded:
 def pytest_configure() -> None:
     def open_recorded(stand: StandFile) -> tuple[Any, Clock]:
         made = open_in_process(stand)
+
+        def second(_: StandFile, __: Clock) -> Controller:
+            controller = made.second()
+            controller.connect()
+            return controller
+
+        backends._second = second
         return Recorded(made.stand.controller, Path(os.environ["ORDERS"])), made.clock
 
     backends.open_real = open_recorded  # type: ignore[assignment]

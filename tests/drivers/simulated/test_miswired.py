@@ -239,6 +239,8 @@ def test_a_stand_file_says_it_and_the_stand_in_process_reads_wrong(tmp_path: Pat
     spring = LinearSpring()
     spring.sensor_temperature_C = 50.0
     opened = open_in_process(stand_file(tmp_path, text), spring=spring)
+    opened.stand.controller.connect()
+    opened.stand.controller.connect()
     for sensor in opened.stand.sensors:
         sensor.start()
     opened.clock.sleep(3.0)
