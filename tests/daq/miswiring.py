@@ -11,7 +11,7 @@ from bufferstand.daq.acquisition.pace import LoopPace
 from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
 from bufferstand.daq.campaign.run_settings import RunSettings
 from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
-from bufferstand.drivers.interfaces import StreamFacts
+from bufferstand.drivers.interfaces import Controller, Identity, StreamFacts
 from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
 from bufferstand.foundation.channels.channel import Channel
 from bufferstand.model.file import load_model
@@ -69,6 +69,18 @@ def misread(facts: StreamFacts, wrong: Mapping[str, Misread]) -> StreamFacts:
     return replace(facts, channels=tuple(of(channel) for channel in facts.channels))
 
 
+def read_wrong(controller: Controller, wrong: Mapping[str, Misread]) -> None:
+    """Let a controller's driver go by a stand file that is wrong, from when it connects."""
+    connect = controller.connect
+
+    def misconnect() -> Identity:
+        identity = connect()
+        controller.facts = misread(controller.facts, wrong)
+        return identity
+
+    controller.connect = misconnect  # type: ignore[method-assign]
+
+
 def run_miswired(
     folder: Path,
     wrong: Mapping[str, Misread],
@@ -83,7 +95,7 @@ def run_miswired(
     plan, stand_file = planned(folder, steps, case)
     model = load_model(MODEL)
     opened = open_in_process(stand_file, spring=SoftSpring(SpringStepper(model, 21.0, 21.0), factor))
-    opened.stand.controller.facts = misread(opened.stand.controller.facts, wrong)
+    read_wrong(opened.stand.controller, wrong)
     for sensor in opened.stand.sensors:
         sensor.facts = misread(sensor.facts, wrong)
     facts = facts_of(stand_file)
