@@ -235,6 +235,7 @@ def found(path: Path) -> set[tuple[str, str]]:
 def _performed(opened: InProcessStand, motions: Any) -> tuple[dict[str, _Taken], list[Anchor]]:
     """Carry motions out one after the other, at the piston's stroke, and keep what comes meanwhile."""
     controller, clock = opened.stand.controller, opened.clock
+    controller.connect()
     controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=60_000)
     taken: dict[str, _Taken] = defaultdict(_Taken)
     anchors = []
