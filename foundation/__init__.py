@@ -27,6 +27,9 @@ if TYPE_CHECKING:
         ForceSpeed,
         curve_problem,
     )
+    from bufferstand.foundation.installed import (
+        installed_kinds,
+    )
     from bufferstand.foundation.json_schemas import (
         json_schema,
     )
@@ -95,6 +98,7 @@ __all__ = [
     "curve_problem",
     "duration_text",
     "exchange",
+    "installed_kinds",
     "json_schema",
     "loaded_when_used",
     "short_address",

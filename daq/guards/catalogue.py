@@ -6,14 +6,13 @@ import pkgutil
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from bufferstand.daq.guards.guard import Guard
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, installed_kinds
 from bufferstand.foundation.settings import Settings, demand_within, nearest_key, place_of, read_text, refusal
 from bufferstand.protocols.campaign_file import GuardTable
 
@@ -58,21 +57,7 @@ def _in_folder() -> Iterator[Kind]:
 
 
 def _installed() -> Iterator[Kind]:
-    for point in sorted(entry_points(group=GROUP), key=lambda one: one.name):
-        package = "a package" if point.dist is None else point.dist.name
-        try:
-            kind = point.load()
-        except Exception as error:  # whatever it is: the package's own code
-            raise BadInput(
-                f"guard “{point.name}” of {package} cannot be loaded: {error!r}",
-                remedy="mend that package, or uninstall it",
-            ) from error
-        if not (isinstance(kind, type) and issubclass(kind, Guard)):
-            raise BadInput(
-                f"guard “{point.name}” of {package} is no kind of guard",
-                remedy="mend or uninstall that package",
-            )
-        yield kind
+    return installed_kinds(GROUP, "guard", lambda kind: isinstance(kind, type) and issubclass(kind, Guard))
 
 
 def demand_own_tables(table: GuardTable, path: Path) -> None:

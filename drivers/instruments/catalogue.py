@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, get_args
 
 from bufferstand.drivers.instruments.kind import TAGS, InstrumentKind, InstrumentSite, Table
 from bufferstand.drivers.interfaces import Sensor
-from bufferstand.foundation import BadInput, Clock
+from bufferstand.foundation import Clock, installed_kinds
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings
 
@@ -109,18 +108,4 @@ def _in_folder() -> Iterator[Kind]:
 
 
 def _installed() -> Iterator[Kind]:
-    for point in sorted(entry_points(group=GROUP), key=lambda one: one.name):
-        package = "a package" if point.dist is None else point.dist.name
-        try:
-            kind = point.load()
-        except Exception as error:  # whatever it is: the package's own code
-            raise BadInput(
-                f"instrument “{point.name}” of {package} cannot be loaded: {error!r}",
-                remedy="mend that package, or uninstall it",
-            ) from error
-        if not isinstance(kind, InstrumentKind):
-            raise BadInput(
-                f"instrument “{point.name}” of {package} is no kind of instrument",
-                remedy="mend or uninstall that package",
-            )
-        yield kind
+    return installed_kinds(GROUP, "instrument", lambda kind: isinstance(kind, InstrumentKind))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.drivers.register_maps import DTYPES, RegisterType
+from bufferstand.drivers.register_maps import DTYPES, WHOLE_RANGES
 from bufferstand.drivers.simulated.machine.felt_quantities import BAR_PER_KN_MM2
 from bufferstand.drivers.simulated.settings import SimulationSettings
 from bufferstand.drivers.simulated.transducers import Converter
@@ -17,13 +17,7 @@ from bufferstand.foundation.channels import STROKE_CHANNELS, Channel
 
 FloatArray = NDArray[np.float64]
 
-_ENDS: Mapping[RegisterType, tuple[float, float]] = {
-    "u16": (0.0, 65535.0),
-    "i16": (-32768.0, 32767.0),
-    "u32": (0.0, float((1 << 32) - 1)),
-    "i32": (float(-(1 << 31)), float((1 << 31) - 1)),
-    "f32": (float(-(1 << 24)), float(1 << 24)),
-}
+_ENDS = {**WHOLE_RANGES, "f32": (float(-(1 << 24)), float(1 << 24))}
 """Counts that a converter gives by the type of its register: whole ones, and of a float those it can hold."""
 
 
