@@ -13,8 +13,8 @@ from tests.daq.test_in_process import GENTLE, run
 ENDS = {
     "controller=trip@8": "the controller stopped the motion: it reports fault 4 (actuator)",
     "controller=watchdog@8": "its watchdog ran out (it was not fed in time) and it ramped to zero force",
-    "controller=clock-jump@8": "two blocks of samples running cannot be true: the ticks step by 1000 … 1001000"
-    " µs inside",
+    "controller=clock-jump@8": "two blocks of samples running cannot be true: "
+    "the ticks step by 1000 … 1001000 µs inside",
     "controller=exception@8": "refused with Modbus exception 4 (device failure)",
     "temperature_1=stale@6": "temperature_1 (spring plate 3) has given no true reading for 5.0 s (limit 5 s",
     "temperature_2=all-zero@2": "all bytes are zero, whose CRC is valid by chance; look for a short circuit",
