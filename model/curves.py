@@ -16,6 +16,8 @@ from bufferstand.foundation import BadInput
 
 Floats = NDArray[np.float64]
 
+LEAST_MM = 1e-6
+"""Least way between two points of a table, and least ramp [mm]: of less, slopes are no numbers any more."""
 _SLACK = 1e-9  # of the table's own size: rounding of the polynomials, not physics
 
 
@@ -155,9 +157,13 @@ class Curves:
                 "the strokes must begin with 0 (first contact) and be two or more", place="stroke_mm"
             )
         steps = np.diff(strokes)
-        if np.any(steps <= 0.0):
-            at = int(np.argmax(steps <= 0.0)) + 1
-            raise BadInput(f"strokes must rise, but {strokes[at]:g} mm does not", place="stroke_mm")
+        if np.any(steps < LEAST_MM):
+            at = int(np.argmax(steps < LEAST_MM)) + 1
+            raise BadInput(
+                f"strokes must rise, but {strokes[at]:g} mm does not",
+                place="stroke_mm",
+                remedy=f"by {LEAST_MM:g} mm or more",
+            )
         if (self.transition_length_mm is None) == (self.transition_stiffness_kN_per_mm is None):
             raise BadInput(
                 "the transition needs either its length or its stiffness",
@@ -180,6 +186,12 @@ class Curves:
                 raise BadInput(f"must be above 0, got {value:g}", place=name)
         if not 0.0 <= self.contact_ramp_mm < self.end_mm:
             raise BadInput(f"must lie in 0 … {self.end_mm:g} mm", place="contact_ramp_mm")
+        if 0.0 < self.contact_ramp_mm < LEAST_MM:
+            raise BadInput(
+                f"{self.contact_ramp_mm:g} mm is no ramp",
+                place="contact_ramp_mm",
+                remedy=f"write {LEAST_MM:g} or more, or 0 to let the force jump",
+            )
 
     def _check_order(self) -> None:
         for name, table in (("loading_kN", self.loading_kN), ("unloading_kN", self.unloading_kN)):

@@ -3,13 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import write_text
-from bufferstand.foundation.settings import Numbers, Settings, load_settings
+from bufferstand.foundation.settings import (
+    DURATION_S,
+    FACTOR,
+    FORCE_KN,
+    HEAT_CAPACITY_J_PER_K,
+    HEAT_LOSS_W_PER_K,
+    LENGTH_MM,
+    LENGTH_SCALE_MM,
+    PER_K,
+    SHARE,
+    SLOPE_KN_PER_MM,
+    STIFFNESS_KN_PER_MM,
+    TEMPERATURE_C,
+    TIME_CONSTANT_S,
+    Numbers,
+    Settings,
+    load_settings,
+    parse_settings,
+)
 from bufferstand.model.curves import Curves
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
@@ -35,62 +53,62 @@ class ModelHead(Settings):
 class CurvesTable(Settings):
     """``[curves]``: envelope at ``temperature.reference_C``; stroke 0 is first contact."""
 
-    stroke_mm: Numbers
+    stroke_mm: Annotated[Numbers, LENGTH_MM]
     """Strokes of the tables, rising from 0 [mm]."""
-    loading_kN: Numbers
+    loading_kN: Annotated[Numbers, FORCE_KN]
     """F_l at those strokes [kN]."""
-    unloading_kN: Numbers
+    unloading_kN: Annotated[Numbers, FORCE_KN]
     """F_u at those strokes [kN]."""
-    transition_length_mm: float | None = None
+    transition_length_mm: Annotated[float, LENGTH_SCALE_MM] | None = None
     """L of k_t = max(k_l, k_u) + (F_l - F_u) / L [mm]; this or the next."""
-    transition_stiffness_kN_per_mm: Numbers | None = None
+    transition_stiffness_kN_per_mm: Annotated[Numbers, SLOPE_KN_PER_MM] | None = None
     """k_t at those strokes [kN/mm], nowhere below the slope of either curve."""
-    stop_stiffness_kN_per_mm: float = 500.0
+    stop_stiffness_kN_per_mm: Annotated[float, STIFFNESS_KN_PER_MM] = 500.0
     """Stiffness added beyond the last stroke [kN/mm]."""
-    contact_ramp_mm: float = 0.0
+    contact_ramp_mm: Annotated[float, LENGTH_MM] = 0.0
     """Stroke over which the preload's force builds up at contact [mm]; 0 lets it jump."""
 
 
 class TemperatureTable(Settings):
     """``[temperature]``: eq. (5) and the loss sensitivity."""
 
-    reference_C: float = 25.0
+    reference_C: Annotated[float, TEMPERATURE_C] = 25.0
     """T_ref, at which the curves hold [°C]."""
-    sensitivity_per_K: float = 0.0
+    sensitivity_per_K: Annotated[float, PER_K] = 0.0
     """c_ts [1/K]."""
-    depth_mm: float = 20.0
+    depth_mm: Annotated[float, LENGTH_SCALE_MM] = 20.0
     """alpha [mm]."""
-    loss_sensitivity_per_K: float = 0.0
+    loss_sensitivity_per_K: Annotated[float, PER_K] = 0.0
     """c_eta: relative decrease of the width F_l - F_u beyond that of the force [1/K]."""
-    floor: float = 0.05
+    floor: Annotated[float, SHARE] = 0.05
     """The softening c_ts (T - T_ref) goes no further than 1 - floor."""
-    valid_C: Numbers | None = Field(default=None, min_length=2, max_length=2)
+    valid_C: Annotated[Numbers, TEMPERATURE_C] | None = Field(default=None, min_length=2, max_length=2)
     """Lowest and highest temperature at which the law was identified [°C]; beyond it a warning is given."""
 
 
 class HeatTable(Settings):
     """``[heat]``: eqs. (6), (7) and the sensor."""
 
-    capacity_J_per_K: float
+    capacity_J_per_K: Annotated[float, HEAT_CAPACITY_J_PER_K]
     """C [J/K]."""
-    loss_W_per_K: float = 0.0
+    loss_W_per_K: Annotated[float, HEAT_LOSS_W_PER_K] = 0.0
     """lambda [W/K]."""
     rule: Literal["loop-exact", "paper"] = "loop-exact"
     """Heat from the hysteresis' free energy, or by the paper's eq. (8)."""
-    sensor_lag_s: float = 0.0
+    sensor_lag_s: Annotated[float, DURATION_S] = 0.0
     """Time constant of the sensor on the spring [s]."""
-    sensor_gain: float = 1.0
+    sensor_gain: Annotated[float, FACTOR] = 1.0
     """Share of the spring's excess over the ambient that the sensor's place reaches."""
 
 
 class ViscousTable(Settings):
     """``[viscous]``: overstress beta (F_m(x) - F_m(xi)), F_m = (F_l + F_u) / 2, xi' = (x - xi) / tau."""
 
-    beta: float = 0.0
+    beta: Annotated[float, FACTOR] = 0.0
     """Share of the force that an infinitely fast stroke adds."""
-    tau_s: float = 1.0
+    tau_s: Annotated[float, TIME_CONSTANT_S] = 1.0
     """Relaxation time [s]."""
-    spectrum_per_decade: float = 0.0
+    spectrum_per_decade: Annotated[float, FACTOR] = 0.0
     """b: share that each decade of relaxation times from 1.6 ms to 1.6 s adds; 0 is no spectrum."""
 
 
@@ -139,7 +157,7 @@ def save_model(model: SpringModel, path: str | Path) -> None:
     Raises
     ------
     BadInput
-        If the file cannot be written.
+        If the file cannot be written, or a number lies outside the bounds that it has in files.
     """
     head = {
         "format": FORMAT,
@@ -161,7 +179,9 @@ def save_model(model: SpringModel, path: str | Path) -> None:
         if values.get("spectrum_per_decade") == 0.0:
             del values["spectrum_per_decade"]  # no spectrum: a file that older versions read, too
         lines += [f"[{name}]", *(f"{key} = {_toml(v)}" for key, v in values.items() if v is not None), ""]
-    write_text(Path(path), "\n".join(lines[:-1]) + "\n")
+    text = "\n".join(lines[:-1]) + "\n"
+    parse_settings(text, ModelFile, Path(path))  # what is written is read again
+    write_text(Path(path), text)
 
 
 def _toml(value: object) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from bufferstand.daq.guards import what_is_unguarded
 from bufferstand.daq.guards.kinds import DEFAULT_TILT_MM, SPEED_FACTOR
 from bufferstand.drivers.register_maps import SHIPPED
 from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.settings import NotToml, toml_content, toml_document
 from bufferstand.protocols.campaign_file import GuardTable, TripAction, ZeroTable
 from bufferstand.protocols.planning import Plan
 from bufferstand.protocols.steps import PlannedStep
@@ -57,9 +57,9 @@ def means_nothing(edits: Sequence[FileEdit]) -> bool:
         if edit.before is None or edit.now is None:
             return False
         try:
-            if tomllib.loads(edit.before) != tomllib.loads(edit.now):
+            if toml_content(edit.before) != toml_content(edit.now):
                 return False
-        except tomllib.TOMLDecodeError:
+        except NotToml:
             return False
     return True
 
@@ -364,12 +364,12 @@ def _bands(step: PlannedStep, old: Mapping[str, Any] | None) -> list[LimitEdit]:
 
 
 def _document(record: CampaignRecord, place: str) -> dict[str, Any]:
-    return tomllib.loads(record.inputs.get(place, ""))
+    return toml_document(record.inputs.get(place, ""), Path(place))
 
 
 def _stand_document(record: CampaignRecord) -> dict[str, Any]:
-    for text in record.inputs.values():
-        document = tomllib.loads(text)
+    for place, text in record.inputs.items():
+        document = toml_document(text, Path(place))
         if "controller" in document:
             return document
     return {}

@@ -40,10 +40,11 @@ def schema_of(name: str) -> dict[str, Any]:
     """Return the JSON Schema of one of :data:`NAMES`."""
     from bufferstand.foundation import json_schema
 
-    return json_schema(_described(name), NAMES[name])
+    return json_schema(described(name), NAMES[name])
 
 
-def _described(name: str) -> type:  # noqa: PLR0911 - one way out for each name; each room is loaded when asked for
+def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it is asked for
+    """Return the schema, or the typed dictionary, of one of :data:`NAMES`."""
     match name:
         case "stand":
             from bufferstand.drivers.stand_file import StandFile

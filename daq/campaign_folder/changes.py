@@ -5,13 +5,13 @@ Of its files every setting that has another value; of the controller who answers
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from bufferstand.daq.campaign_folder.inputs import FileEdit
 from bufferstand.drivers import Identity
+from bufferstand.foundation.settings import NotToml, toml_content
 
 SERIAL = "the controller’s serial number"
 _CONTROLLER = (
@@ -68,8 +68,8 @@ def file_changes(edits: Sequence[FileEdit]) -> tuple[StartChange, ...]:
 
 def _of_file(edit: FileEdit) -> Iterator[StartChange]:
     try:
-        was, is_now = (dict(_flat(tomllib.loads(text or ""))) for text in (edit.before, edit.now))
-    except tomllib.TOMLDecodeError:
+        was, is_now = (dict(_flat(toml_content(text or ""))) for text in (edit.before, edit.now))
+    except NotToml:
         yield StartChange(edit.place, "as taken", "edited")
         return
     for key in dict.fromkeys([*was, *is_now]):

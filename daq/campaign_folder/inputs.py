@@ -9,13 +9,12 @@ from __future__ import annotations
 import difflib
 import hashlib
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bufferstand.foundation.settings import read_text
+from bufferstand.foundation.settings import NotToml, read_text, toml_content
 
 INPUTS_NAME = "inputs"
 BEFORE_NAME = "inputs-before"
@@ -95,7 +94,7 @@ def read_inputs(campaign_file: Path, root: Path | None = None) -> Inputs:
         If a file cannot be read.
     """
     campaign_file = campaign_file.resolve()
-    found = _found(campaign_file, {}, linked=True)
+    found = _found(campaign_file)
     if root is None:
         root = Path(os.path.commonpath([file.parent for file, linked in found.items() if linked]))
     inside = {file for file, linked in found.items() if linked and file.is_relative_to(root)}
@@ -182,20 +181,25 @@ def _write(path: Path, content: bytes) -> None:
     write_whole(path, content)
 
 
-def _found(file: Path, found: dict[Path, bool], *, linked: bool) -> dict[Path, bool]:
+def _found(first: Path) -> dict[Path, bool]:
     """Return a TOML file and every other that its texts lead to, and whether by relative paths alone."""
-    if file in found and (found[file] or not linked):
-        return found
-    found[file] = linked
-    try:
-        content = tomllib.loads(read_text(file))
-    except tomllib.TOMLDecodeError:
-        return found  # no longer what was loaded: kept as it is, resume will say what is wrong
-    for text in sorted(_texts(content)):
-        if text.endswith(".toml"):
-            target = Path(os.path.normpath(file.parent / text))
-            if target.is_file():
-                _found(target, found, linked=linked and not Path(text).is_absolute())
+    found: dict[Path, bool] = {}
+    waiting = [(first, True)]
+    while waiting:
+        file, linked = waiting.pop()
+        if file in found and (found[file] or not linked):
+            continue
+        found[file] = linked
+        try:
+            content = toml_content(read_text(file))
+        except NotToml:
+            continue  # no longer what was loaded: kept as it is, resume will say what is wrong
+        named = [text for text in sorted(_texts(content)) if text.endswith(".toml")]
+        waiting += [
+            (Path(os.path.normpath(file.parent / text)), linked and not Path(text).is_absolute())
+            for text in reversed(named)
+            if os.path.isfile(file.parent / text)  # noqa: PTH113 - no error of a text that is no file name
+        ]
     return found
 
 

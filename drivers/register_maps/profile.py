@@ -40,7 +40,7 @@ from bufferstand.drivers.register_maps.sampled_channels import (
 )
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import content_hash
-from bufferstand.foundation.settings import Settings, WrongKeyError, parse_settings, read_text
+from bufferstand.foundation.settings import COUNTS, SCALE, Settings, WrongKeyError, parse_settings, read_text
 
 SHIPPED = Path(__file__).parent / "profiles"
 """Folder of the profiles that come with the software."""
@@ -120,12 +120,12 @@ class ProfileRegister(Settings):
     """Holding registers (FC3, FC6, FC16, FC23), or input registers (FC4)."""
     word_order: WordOrder | None = None
     """Its own, where it differs from the profile's."""
-    scale: float = Field(default=1.0, gt=0)
+    scale: Annotated[float, Field(gt=0), SCALE] = 1.0
     """Units per count."""
     unit: str = ""
-    expect: float | int | None = None
+    expect: Annotated[float | int, COUNTS] | None = None
     """What it must hold at connect, where it is a test value."""
-    accept: Annotated[tuple[int, ...], BeforeValidator(_as_tuple)] = ()
+    accept: Annotated[tuple[int, ...], BeforeValidator(_as_tuple), COUNTS] = ()
     """What it may hold instead: a device of an earlier edition that this map fits, too."""
     description: str = ""
 
@@ -258,7 +258,7 @@ class ProfileFacts(Settings):
     id: str = Field(min_length=1)
     edition: str
     word_order: WordOrder
-    adjust_from: int | None = Field(default=None, ge=0)
+    adjust_from: Annotated[int, Field(ge=0), COUNTS] | None = None
     """Least ``profile_version`` of a device that takes command 6 (adjust); None: none does."""
     description: str = ""
 

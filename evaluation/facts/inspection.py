@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from bufferstand.foundation.files import content_hash
-from bufferstand.foundation.settings import Day, Settings
+from bufferstand.foundation.settings import LENGTH_MM, Day, Settings
 
-Length = Annotated[float, Field(gt=0)] | Literal["fill-in"]
+Length = Annotated[Annotated[float, Field(gt=0)] | Literal["fill-in"], LENGTH_MM]
 
 
 class InspectionHead(Settings):
@@ -22,7 +22,9 @@ class InspectionHead(Settings):
     date: Day
     assembled_length_mm: Length = "fill-in"
     final_length_mm: Length = "fill-in"
-    length_expanded_uncertainty_mm: Annotated[float, Field(ge=0)] | Literal["fill-in"] = "fill-in"
+    length_expanded_uncertainty_mm: Annotated[
+        Annotated[float, Field(ge=0)] | Literal["fill-in"], LENGTH_MM
+    ] = "fill-in"
     """U (k = 2) of a length read by hand."""
 
 

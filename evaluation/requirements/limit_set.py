@@ -18,7 +18,25 @@ from bufferstand.evaluation.quantities.temperature import READING_INTERVAL_S
 from bufferstand.evaluation.requirements.readings import LimitSetReadings
 from bufferstand.foundation import BadInput, Kind
 from bufferstand.foundation.files import content_hash
-from bufferstand.foundation.settings import Day, Settings, WrongKeyError, load_settings
+from bufferstand.foundation.settings import (
+    CYCLES,
+    DURATION_S,
+    ENERGY_J,
+    FACTOR,
+    FIGURE,
+    FORCE_KN,
+    LENGTH_MM,
+    REST_H,
+    SHARE,
+    SIGNED_FORCE_KN,
+    SPEED_KM_H,
+    SPEED_MM_PER_S,
+    TEMPERATURE_C,
+    Day,
+    Settings,
+    WrongKeyError,
+    load_settings,
+)
 
 FOLDER = Path(__file__).resolve().parent / "limit_sets"
 SHIPPED = FOLDER / "en15551-105mm.toml"
@@ -26,9 +44,20 @@ SHIPPED = FOLDER / "en15551-105mm.toml"
 
 Open = Literal["fill-in", "none"]
 Limit = float | Open
-Positive = Annotated[float, Field(gt=0)] | Open
-NotNegative = Annotated[float, Field(ge=0)] | Open
-Count = Annotated[int, Field(ge=1)] | Open
+_Positive = Annotated[float, Field(gt=0)] | Open
+_NotNegative = Annotated[float, Field(ge=0)] | Open
+Temperature = Annotated[Limit, TEMPERATURE_C]
+Ratio = Annotated[Limit, SHARE]
+Force = Annotated[Limit, SIGNED_FORCE_KN]
+PositiveForce = Annotated[_Positive, FORCE_KN]
+Length = Annotated[Limit, LENGTH_MM]
+PositiveLength = Annotated[_Positive, LENGTH_MM]
+LengthOrNone = Annotated[_NotNegative, LENGTH_MM]
+Speed = Annotated[_Positive, SPEED_MM_PER_S]
+Duration = Annotated[_NotNegative, DURATION_S]
+Rest = Annotated[_NotNegative, REST_H]
+Energy = Annotated[Limit, ENERGY_J]
+Count = Annotated[Annotated[int, Field(ge=1)] | Open, CYCLES]
 CONDITION_IDS = (
     "cycle-count", "rest-after-assembly", "temperature-range", "speed-limit", "pause-limit",
     "immediate-unloading", "full-release", "full-stroke",
@@ -64,8 +93,8 @@ class Applies(Settings):
     """Which specimens a set is for; ``elastic_systems`` empty: all of them."""
 
     specimen: Literal["buffer", "draw-gear"]
-    stroke_mm: Positive
-    stroke_tolerance_mm: NotNegative
+    stroke_mm: PositiveLength
+    stroke_tolerance_mm: LengthOrNone
     elastic_systems: Names = ()
 
 
@@ -74,20 +103,20 @@ class StaticTestConditions(Cited):
 
     sources: dict[str, str] = Field(default_factory=dict)
     """By id of a condition: its source, where that is another than the section's."""
-    temperature_min_C: Limit
-    temperature_max_C: Limit
-    speed_max_mm_per_s: Positive
+    temperature_min_C: Temperature
+    temperature_max_C: Temperature
+    speed_max_mm_per_s: Speed
     cycles: Count
-    pause_max_s: Positive
-    rest_min_h: NotNegative
+    pause_max_s: Annotated[_Positive, DURATION_S]
+    rest_min_h: Rest
     rest_systems: Names
-    rest_tolerance_h: NotNegative = "fill-in"
+    rest_tolerance_h: Rest = "fill-in"
     """Only for the reading ``rest = "exactly"``."""
-    dwell_max_s: NotNegative
-    residual_stroke_max_mm: NotNegative
-    reading_interval_max_s: Annotated[float, Field(gt=0)] = READING_INTERVAL_S
+    dwell_max_s: Duration
+    residual_stroke_max_mm: LengthOrNone
+    reading_interval_max_s: Annotated[float, Field(gt=0), DURATION_S] = READING_INTERVAL_S
     """How far readings of temperature may be from each other, and from start and end, to cover a cycle."""
-    block_slope_ratio: Annotated[float, Field(gt=1)] = 3.0
+    block_slope_ratio: Annotated[float, Field(gt=1), FACTOR] = 3.0
     """Block contact: slope of the last 1 % of the stroke over that just before it, and over the secant's."""
 
 
@@ -95,18 +124,18 @@ class ForceWindow(Cited):
     """A window of the force on the loading branch at a stroke; stroke 0 is the preload."""
 
     id: Identifier
-    stroke_mm: NotNegative
-    lower_kN: Limit = "none"
-    upper_kN: Limit = "none"
+    stroke_mm: LengthOrNone
+    lower_kN: Force = "none"
+    upper_kN: Force = "none"
 
 
 class EnergyLimits(Cited):
     """Energies of the static test."""
 
-    stored_min_J: Limit
-    force_cap_kN: Positive
-    ratio_first_min: Limit
-    ratio_later_min: Limit
+    stored_min_J: Energy
+    force_cap_kN: PositiveForce
+    ratio_first_min: Ratio
+    ratio_later_min: Ratio
     printed_greater: Names = ()
     """Keys of these limits that the source prints with “greater than”."""
 
@@ -114,9 +143,9 @@ class EnergyLimits(Cited):
 class ImpactLimits(Cited):
     """Energies of the impact test, by category."""
 
-    stored_min_J: dict[str, Limit]
-    ratio_min: Limit
-    speed_max_km_h: Positive = "none"
+    stored_min_J: dict[str, Energy]
+    ratio_min: Ratio
+    speed_max_km_h: Annotated[_Positive, SPEED_KM_H] = "none"
     """Up to this impact speed the energies are required."""
     printed_greater: Names = ()
     """Categories, or ``ratio_min``, that the source prints with “greater than”."""
@@ -127,8 +156,8 @@ class ProofLoad(Cited):
 
     id: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]*$", description="capitals and digits, e.g. “F1”")]
     text: str
-    force_min_kN: Positive
-    permanent_deformation_max_mm: NotNegative
+    force_min_kN: PositiveForce
+    permanent_deformation_max_mm: LengthOrNone
     cycles_min: Count = "none"
     serviceable: bool
     """Whether the inspector must state that the specimen is serviceable afterwards."""
@@ -137,22 +166,22 @@ class ProofLoad(Cited):
 class ProofLoads(Settings):
     """Proof loads, and up to which force the specimen counts as relieved."""
 
-    relief_force_max_kN: Annotated[float, Field(ge=0)]
+    relief_force_max_kN: Annotated[float, Field(ge=0), FORCE_KN]
     load: Annotated[tuple[ProofLoad, ...], BeforeValidator(_as_tuple)]
 
 
 class Maintenance(Cited):
     """The check of a ring spring at overhaul: preload, and lengths as the spring is held at a force."""
 
-    hold_force_kN: float = Field(gt=0)
-    preload_min_kN: Limit
-    preload_max_kN: Limit
-    assembled_length_min_mm: Limit
-    assembled_length_max_mm: Limit
-    length_at_hold_min_mm: Limit
-    length_at_hold_max_mm: Limit
-    final_length_min_mm: Limit
-    final_length_max_mm: Limit
+    hold_force_kN: Annotated[float, Field(gt=0), FORCE_KN]
+    preload_min_kN: Force
+    preload_max_kN: Force
+    assembled_length_min_mm: Length
+    assembled_length_max_mm: Length
+    length_at_hold_min_mm: Length
+    length_at_hold_max_mm: Length
+    final_length_min_mm: Length
+    final_length_max_mm: Length
 
 
 def _known_quantity(name: str) -> str:
@@ -163,7 +192,7 @@ def _known_quantity(name: str) -> str:
 
 
 QuantityName = Annotated[str, AfterValidator(_known_quantity)]
-Range = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
+Range = Annotated[tuple[float, float], BeforeValidator(_as_tuple), FIGURE]
 
 
 class QuantityLimit(Cited):
@@ -179,8 +208,8 @@ class QuantityLimit(Cited):
     """What is required, in words; the name of the quantity where it is left out."""
     where: dict[QuantityName, Range] = Field(default_factory=dict)
     """Only of runs whose quantities lie in these ranges, e.g. ``{ frequency_Hz = [0.9, 1.1] }``."""
-    lower: Limit = "none"
-    upper: Limit = "none"
+    lower: Annotated[Limit, FIGURE] = "none"
+    upper: Annotated[Limit, FIGURE] = "none"
 
 
 class InspectionItem(Cited):

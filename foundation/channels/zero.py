@@ -13,7 +13,15 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from bufferstand.foundation.channels.channel import Channel
-from bufferstand.foundation.settings import Moment, Settings, WrongKeyError
+from bufferstand.foundation.settings import (
+    FIGURE,
+    FORCE_KN,
+    SIGNED_FORCE_KN,
+    SPEED_MM_PER_S,
+    Moment,
+    Settings,
+    WrongKeyError,
+)
 
 How = Literal["touch", "tare"]
 
@@ -23,28 +31,28 @@ class ChannelZero(Settings):
 
     name: str
     unit: str
-    value: float
+    value: Annotated[float, FIGURE]
     """Subtracted from the calibrated value."""
-    u: float = Field(ge=0)
+    u: Annotated[float, Field(ge=0), FIGURE]
     """Standard uncertainty of the zero so set, the limit that the certificate states for it included."""
 
 
 class Touch(Settings):
     """How the touch went."""
 
-    speed_mm_per_s: float
-    touch_force_kN: float
+    speed_mm_per_s: Annotated[float, SPEED_MM_PER_S]
+    touch_force_kN: Annotated[float, SIGNED_FORCE_KN]
     """Force over that at rest at which it turned back."""
-    peak_force_kN: float
+    peak_force_kN: Annotated[float, SIGNED_FORCE_KN]
     """Greatest force over that at rest."""
-    position_mm: float
+    position_mm: Annotated[float, FIGURE]
     """Piston position of first contact, on the controller's scale."""
-    u_position_mm: float = Field(ge=0)
+    u_position_mm: Annotated[float, Field(ge=0), FIGURE]
     """Standard uncertainty of the place of the contact by the fit alone."""
-    stiffness_kN_per_mm: float
+    stiffness_kN_per_mm: Annotated[float, FIGURE]
     """Of the first rise of the force over the piston's way: frame and specimen in series."""
-    rest_force_kN: float
-    noise_kN: float = Field(ge=0)
+    rest_force_kN: Annotated[float, SIGNED_FORCE_KN]
+    noise_kN: Annotated[float, Field(ge=0), FORCE_KN]
     """Standard deviation of the force at rest."""
 
 

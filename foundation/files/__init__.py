@@ -10,6 +10,11 @@ if TYPE_CHECKING:
         content_hash,
         file_hash,
     )
+    from bufferstand.foundation.files.json_text import (
+        NotJson,
+        json_content,
+        json_object,
+    )
     from bufferstand.foundation.files.names import (
         readable,
     )
@@ -20,14 +25,29 @@ if TYPE_CHECKING:
     from bufferstand.foundation.files.text import (
         write_text,
     )
+    from bufferstand.foundation.files.trees import (
+        DEEPEST,
+        TOO_MANY_DIGITS,
+        OutOfForm,
+        out_of_form,
+        too_deep,
+    )
 
 __all__ = [
+    "DEEPEST",
+    "TOO_MANY_DIGITS",
+    "NotJson",
+    "OutOfForm",
     "canonical_json",
     "check_outputs",
     "content_hash",
     "file_hash",
+    "json_content",
+    "json_object",
+    "out_of_form",
     "readable",
     "replaced_whole",
+    "too_deep",
     "write_text",
 ]
 

@@ -19,21 +19,77 @@ if TYPE_CHECKING:
         demand_within,
         load_settings,
         parse_settings,
-        place_of,
         read_text,
         refusal,
+        toml_document,
     )
     from bufferstand.foundation.settings.messages import (
         nearest_key,
         shown,
+    )
+    from bufferstand.foundation.settings.physical import (
+        COUNTS,
+        CYCLES,
+        DURATION_S,
+        ENERGY_J,
+        FACTOR,
+        FIGURE,
+        FORCE_KN,
+        HEAT_CAPACITY_J_PER_K,
+        HEAT_LOSS_W_PER_K,
+        LENGTH_MM,
+        LENGTH_SCALE_MM,
+        LINE,
+        PER_K,
+        REST_H,
+        SCALE,
+        SHARE,
+        SIGNED_FORCE_KN,
+        SLOPE_KN_PER_MM,
+        SPEED_KM_H,
+        SPEED_MM_PER_S,
+        STIFFNESS_KN_PER_MM,
+        TEMPERATURE_C,
+        TIME_CONSTANT_S,
+    )
+    from bufferstand.foundation.settings.places import (
+        place_of,
+    )
+    from bufferstand.foundation.settings.toml_text import (
+        NotToml,
+        toml_content,
     )
     from bufferstand.foundation.settings.wrong_key import (
         WrongKeyError,
     )
 
 __all__ = [
+    "COUNTS",
+    "CYCLES",
+    "DURATION_S",
+    "ENERGY_J",
+    "FACTOR",
+    "FIGURE",
+    "FORCE_KN",
+    "HEAT_CAPACITY_J_PER_K",
+    "HEAT_LOSS_W_PER_K",
+    "LENGTH_MM",
+    "LENGTH_SCALE_MM",
+    "LINE",
+    "PER_K",
+    "REST_H",
+    "SCALE",
+    "SHARE",
+    "SIGNED_FORCE_KN",
+    "SLOPE_KN_PER_MM",
+    "SPEED_KM_H",
+    "SPEED_MM_PER_S",
+    "STIFFNESS_KN_PER_MM",
+    "TEMPERATURE_C",
+    "TIME_CONSTANT_S",
     "Day",
     "Moment",
+    "NotToml",
     "Numbers",
     "SchemaPlace",
     "Settings",
@@ -49,6 +105,8 @@ __all__ = [
     "read_text",
     "refusal",
     "shown",
+    "toml_content",
+    "toml_document",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 _UNIONS = (Union, types.UnionType)
-_OPEN = (dict, Mapping)
+OPEN_TABLES = (dict, Mapping)
 """Tables whose keys are the user's own."""
 _ONE = {
     bool: "true or false",
@@ -89,7 +89,7 @@ class SchemaPlace:
         """Return the place of a key in a table; None where the schema has no such key."""
         if self.model is None:
             values = get_args(self.annotation)
-            return spot_of(values[1]) if get_origin(self.annotation) in _OPEN else None
+            return spot_of(values[1]) if get_origin(self.annotation) in OPEN_TABLES else None
         found = fields_by_key(self.model).get(name)
         return None if found is None else _simple(found.annotation, _flat([*found.metadata, found]))
 
@@ -118,7 +118,7 @@ class SchemaPlace:
             return alternatives(get_args(kind))
         if get_origin(kind) in (tuple, list):
             return self._list_words()
-        if self.model is not None or self.tag or get_origin(kind) in _OPEN:
+        if self.model is not None or self.tag or get_origin(kind) in OPEN_TABLES:
             return "a table of keys"
         if kind is str:
             return self.form or ("a text that is not empty" if self.bounds else _ONE[str])

@@ -6,7 +6,7 @@ made earlier is read as it is, and code may build a schema with any number."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, get_args, get_origin
@@ -14,7 +14,13 @@ from typing import Any, get_args, get_origin
 import annotated_types as at
 from pydantic import BaseModel
 
-from bufferstand.foundation.settings.allowed_values import SchemaPlace, Within, fields_by_key, spot_of
+from bufferstand.foundation.settings.allowed_values import (
+    OPEN_TABLES,
+    SchemaPlace,
+    Within,
+    fields_by_key,
+    spot_of,
+)
 
 Path = tuple[str | int, ...]
 """Keys, and positions in lists (from 0)."""
@@ -47,7 +53,10 @@ def _breaches(spot: SchemaPlace, value: Any, path: Path, outer: tuple[Within, ..
             yield from _breaches(inner, getattr(value, name), (*path, key), ())
         return
     withins = (*outer, *spot.withins)
-    if isinstance(value, tuple | list):
+    if isinstance(value, Mapping):
+        for key, entry in value.items():
+            yield from _breaches(spot.key(key) or SchemaPlace(object), entry, (*path, key), withins)
+    elif isinstance(value, tuple | list):
         for at_index, entry in enumerate(value):
             yield from _breaches(_entry(spot, at_index), entry, (*path, at_index), withins)
     elif isinstance(value, int | float) and not isinstance(value, bool):
@@ -81,7 +90,8 @@ class NumericKey:
     Parameters
     ----------
     path : tuple of str
-        Keys from the top of the file; ``[]`` for the entries of a list, ``kind=…`` for the table of one kind.
+        Keys from the top of the file; ``[]`` for the entries of a list, ``[key]`` for those of a
+        table of the user's own keys, ``kind=…`` for the table of one kind.
     owner : type
         Schema of the table that has the key.
     name : str
@@ -140,6 +150,9 @@ def _keys(
             for position, part in enumerate(parts):
                 mark = "[]" if len(parts) == 1 else f"[{position}]"
                 yield from _keys(spot_of(part), (*path, mark), bounds, inside, owner)
+        elif get_origin(choice.annotation) in OPEN_TABLES:
+            if (inner := choice.key("")) is not None:
+                yield from _keys(inner, (*path, "[key]"), bounds, inside, owner)
         elif choice.annotation in (int, float) and owner is not None:
             yield _key(path, owner, choice.annotation is int, bounds)
 

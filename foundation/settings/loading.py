@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections.abc import Mapping
 from datetime import UTC, date, datetime
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings.bounds import first_breach
 from bufferstand.foundation.settings.messages import ValidationMessage
+from bufferstand.foundation.settings.places import place_of
+from bufferstand.foundation.settings.toml_text import LONGEST_SETTINGS, NotToml, toml_content
 
 
 class Settings(BaseModel):
@@ -47,80 +46,10 @@ Day = Annotated[date, BeforeValidator(_as_date)]
 Numbers = Annotated[tuple[float, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
 """A TOML array of numbers."""
 
+LONGEST_TEXT = 128 << 20
+"""Bytes of a text file: an evaluation of a thousand runs has some 30 million."""
+
 SchemaT = TypeVar("SchemaT", bound=BaseModel)
-
-_HEADER = re.compile(r"^\s*\[(\[)?\s*([A-Za-z0-9_.\"' -]+?)\s*\]?\]\s*(#.*)?$")
-_KEY = re.compile(r"^\s*([A-Za-z0-9_.\"'-]+)\s*=")
-
-
-def _lines_of_keys(text: str) -> dict[tuple[str | int, ...], int]:
-    """Map each table and key path of a TOML text to its line (from 1)."""
-    lines: dict[tuple[str | int, ...], int] = {}
-    counts: dict[tuple[str | int, ...], int] = {}
-    table: tuple[str | int, ...] = ()
-    for number, line in enumerate(text.splitlines(), start=1):
-        if header := _HEADER.match(line):
-            table = ()
-            parts = [part.strip(" \"'") for part in header[2].split(".")]
-            for position, part in enumerate(parts):
-                table = (*table, part)
-                last = position == len(parts) - 1
-                if header[1] and last:
-                    counts[table] = counts.get(table, -1) + 1
-                    table = (*table, counts[table])
-                elif table in counts:
-                    table = (*table, counts[table])
-            lines.setdefault(table, number)
-        elif key := _KEY.match(line):
-            parts = [part.strip(" \"'") for part in key[1].split(".")]
-            lines.setdefault((*table, *parts), number)
-    return lines
-
-
-def _line_of(
-    path: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int]
-) -> tuple[int | None, int]:
-    """Return the line of the closest enclosing key or table, and how much of the path has lines."""
-    prefixes = {known[:length] for known in lines for length in range(1, len(known) + 1)}
-    length, best = 0, None
-    while length < len(path) and path[: length + 1] in prefixes:
-        length += 1
-        best = lines.get(path[:length], best)
-    return best, length
-
-
-def _without_single_entries(
-    path: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int]
-) -> tuple[str | int, ...]:
-    """Return the path of a place as it is written where a list of one entry is written as a table."""
-    written: tuple[str | int, ...] = ()
-    for part in path:
-        entry = (*written, part)
-        if part == 0 and isinstance(part, int) and any(_is_below(known, written) for known in lines):
-            continue
-        written = entry
-    return written
-
-
-def _is_below(known: tuple[str | int, ...], table: tuple[str | int, ...]) -> bool:
-    """Return whether a line is one of a key of a table, and not of an entry of a list."""
-    return (
-        len(known) > len(table)
-        and known[: len(table)] == table
-        and isinstance(known[len(table)], str)
-        and bool(table)
-    )
-
-
-def _place(path: tuple[str | int, ...], text: str) -> str:
-    """Return where it is: the line, the key, and which entry of a list, if the line does not say."""
-    lines = _lines_of_keys(text)
-    path = _without_single_entries(path, lines)
-    line, length = _line_of(path, lines)
-    key = ".".join(str(part) for part in path if not isinstance(part, int)) or "(file)"
-    entries = [str(part + 1) for part in path[length:] if isinstance(part, int)]
-    entry = f" (entry {', '.join(entries)})" if entries else ""
-    return f"line {line}: {key}{entry}" if line else f"{key}{entry}"
 
 
 def refusal(
@@ -149,7 +78,22 @@ def refusal(
     problem, remedy = complaint.said()
     if complaint.others:
         problem += f" [and {complaint.others} more in this file]"
-    return BadInput(problem, file=path, place=_place(complaint.path, text), remedy=remedy)
+    return BadInput(problem, file=path, place=place_of(complaint.path, text), remedy=remedy)
+
+
+def toml_document(text: str, path: Path) -> dict[str, Any]:
+    """Return what a TOML text says; ``path`` is only named in messages.
+
+    Raises
+    ------
+    BadInput
+        If it is no TOML (:func:`bufferstand.foundation.settings.toml_text.toml_content`).
+    """
+    try:
+        return toml_content(text)
+    except NotToml as error:
+        place = place_of(error.path, text) if error.path else ""
+        raise BadInput(error.problem, file=path, place=place, remedy=error.remedy) from None
 
 
 def parse_settings(text: str, schema: type[SchemaT], path: Path) -> SchemaT:
@@ -161,11 +105,7 @@ def parse_settings(text: str, schema: type[SchemaT], path: Path) -> SchemaT:
         If it is no TOML, or a key is unknown, missing, has a value that cannot be, or one outside its bounds.
     """
     try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"not valid TOML: {error}", file=path, remedy="mend the syntax at that line") from None
-    try:
-        settings = schema.model_validate(content)
+        settings = schema.model_validate(toml_document(text, path))
     except ValidationError as error:
         raise refusal(error, schema, path, text) from None
     demand_within(settings, path, text)
@@ -189,32 +129,39 @@ def demand_within(settings: BaseModel, path: Path, text: str, within: tuple[str 
     """
     if (breach := first_breach(settings)) is not None:
         problem, remedy = breach.said()
-        raise BadInput(problem, file=path, place=_place((*within, *breach.path), text), remedy=remedy)
+        raise BadInput(problem, file=path, place=place_of((*within, *breach.path), text), remedy=remedy)
 
 
-def place_of(path: tuple[str | int, ...], text: str) -> str:
-    """Return where a key stands in a TOML text, e.g. ``line 12: limits.force_trip_kN``; the key alone if it
-    is not written there.
-    """
-    return _place(path, text)
-
-
-def read_text(path: Path) -> str:
+def read_text(path: Path, longest: int = LONGEST_TEXT) -> str:
     """Return a text file's content.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    longest : int
+        Bytes that it may have.
 
     Raises
     ------
     BadInput
-        If it does not exist, cannot be read or is not UTF-8.
+        If it does not exist, cannot be read, is too long or is not UTF-8.
     """
     try:
-        return path.read_text(encoding="utf-8-sig")  # Windows' editors put a mark before the first line
+        with path.open("rb") as stream:  # a device, or a file that grows, has no end
+            content = stream.read(longest + 1)
+        if len(content) > longest:
+            raise BadInput(f"longer than {longest} bytes", file=path, remedy="check the path")
+        text = content.decode("utf-8-sig")  # Windows' editors put a mark before the first line
+        return text.replace("\r\n", "\n").replace("\r", "\n")
     except FileNotFoundError:
         raise BadInput("no such file", file=path, remedy="check the path") from None
     except UnicodeDecodeError as error:
         raise BadInput(f"not UTF-8 text (byte {error.start})", file=path, remedy="save it as UTF-8") from None
     except OSError as error:
         raise BadInput(f"cannot be read: {error.strerror}", file=path) from None
+    except ValueError:  # a NUL in it
+        raise BadInput("no file can have this name", file=repr(str(path)), remedy="check the path") from None
 
 
 def load_settings(path: Path, schema: type[SchemaT]) -> SchemaT:
@@ -225,4 +172,4 @@ def load_settings(path: Path, schema: type[SchemaT]) -> SchemaT:
     BadInput
         As :func:`read_text` and :func:`parse_settings`.
     """
-    return parse_settings(read_text(path), schema, path)
+    return parse_settings(read_text(path, LONGEST_SETTINGS), schema, path)

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from bufferstand.foundation import LOGGER_HZ, BadInput, Kind
 from bufferstand.foundation.channels import ChannelUncertainty
 from bufferstand.foundation.files import file_hash
-from bufferstand.foundation.settings import Day, Settings, Within, WrongKeyError, load_settings
+from bufferstand.foundation.settings import FIGURE, LINE, Day, Settings, Within, WrongKeyError, load_settings
 from bufferstand.recording.foreign.columns import DATE_TIME, NAMES_SHOWN, ChannelRequest, full_name
 
 
@@ -38,11 +38,11 @@ class FileForm(Settings):
     encoding: Literal["UTF-8", "UTF-16", "Latin-1", "Windows-1252"] | None = None
     separator: Literal["tab", ";", ","] | None = None
     decimal: Literal[".", ","] | None = None
-    header_line: int | None = Field(default=None, ge=0)
+    header_line: Annotated[int, Field(ge=0), LINE] | None = None
     """Line (row of a sheet) of the headers, from 1; 0: there is none."""
-    units_line: int | None = Field(default=None, ge=1)
+    units_line: Annotated[int, Field(ge=1), LINE] | None = None
     """Line of the units, where they stand apart from the headers."""
-    first_line: int | None = Field(default=None, ge=1)
+    first_line: Annotated[int, Field(ge=1), LINE] | None = None
     """Line of the first numbers."""
     missing: _Texts = ()
     """Cells that mean: no value."""
@@ -65,12 +65,12 @@ class ChannelForm(Settings):
     """``[columns.NAME]``: where a channel is, and what its numbers mean."""
 
     header: str | None = Field(default=None, min_length=1)
-    number: int | None = Field(default=None, ge=1)
+    number: Annotated[int, Field(ge=1), LINE] | None = None
     """Its column, counted from 1; instead of ``header``."""
     unit: str | None = Field(default=None, min_length=1)
     invert: bool = False
-    scale: float = 1.0
-    offset: float = 0.0
+    scale: Annotated[float, FIGURE] = 1.0
+    offset: Annotated[float, FIGURE] = 0.0
     """``value = offset + scale · number``, in ``unit``; for exports in volts."""
     raw_unit: str | None = None
     """Unit of the numbers as they stand, where ``scale`` is given."""
@@ -78,7 +78,7 @@ class ChannelForm(Settings):
     """Whether a record may lack it."""
     format: str | None = None
     """Of a time whose unit is ``date-time``: as in strptime; ISO 8601 if left out."""
-    delay_s: float | None = None
+    delay_s: Annotated[float, FIGURE] | None = None
     certificate: str | None = None
     calibrated: Day | None = None
     valid_until: Day | None = None

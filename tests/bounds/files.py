@@ -7,6 +7,7 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from datetime import date
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,8 @@ MISSING: dict[str, Any] = {
 }
 """Tables and lists that the base files do not have."""
 EFFECT: Table = {"nominal": 630.0, "reference_C": 23.0, "at_C": 23.0}
+NAMED = "temperature_1"
+"""A key that users name, of a table of such keys."""
 AMPLIFIERS: dict[str, Table] = {
     "gsv2": {"set_up": True},
     "aed": {"parity": "none"},
@@ -150,6 +153,8 @@ def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
 
 
 def _below(here: Table, part: str, following: str) -> Any:
+    if following == "[key]":
+        return here.setdefault(part, {NAMED: {}})
     if part not in here:
         _make_room(here, part)
         new = MISSING.get(part, AMPLIFIERS.get(part, {}))
@@ -163,7 +168,9 @@ def _below(here: Table, part: str, following: str) -> Any:
     return here[part]
 
 
-def _index(part: str, path: tuple[str, ...], at: int) -> int:
+def _index(part: str, path: tuple[str, ...], at: int) -> int | str:
+    if part == "[key]":
+        return NAMED
     kinds = [one.removeprefix("kind=") for one in path if one.startswith("kind=")]
     names = [one for one in path if not one.startswith("kind=")]
     if names[at - 1] == "piece":
@@ -193,8 +200,9 @@ def _make_room(table: Table, key: str) -> None:
 
 def toml_text(document: Mapping[str, Any]) -> str:
     """Return a document as TOML: one key a line, tables of the first level under heads."""
-    lines: list[str] = []
-    for name, table in document.items():
+    heads = {name: one for name, one in document.items() if isinstance(one, Mapping | list)}
+    lines = [f"{key} = {_value(value)}" for key, value in document.items() if key not in heads]
+    for name, table in heads.items():
         many = table if isinstance(table, list) else [table]
         for one in many:
             lines.append(f"[[{name}]]" if isinstance(table, list) else f"[{name}]")
@@ -209,6 +217,8 @@ def _value(value: object) -> str:
         return "[" + ", ".join(_value(one) for one in value) + "]"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, date):
+        return value.isoformat()
     return json.dumps(value) if isinstance(value, str) else repr(value)
 
 

@@ -53,14 +53,18 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
     [
         ("beta = 0", "betta = 0", ["line", "viscous.betta", "did you mean “beta”?"]),
         ("capacity_J_per_K = 15000.0\n", "", ["capacity_J_per_K", "missing"]),
-        ("capacity_J_per_K = 15000.0", "capacity_J_per_K = -1.0", ["heat.capacity_J_per_K", "above 0"]),
-        ("depth_mm = 20.0", "depth_mm = 0.0", ["temperature.depth_mm", "above 0"]),
-        ("floor = 0.05", "floor = 1.5", ["temperature.floor", "not above 1"]),
-        ("tau_s = 9.64", "tau_s = 0.0", ["viscous.tau_s", "above 0"]),
+        (
+            "capacity_J_per_K = 15000.0",
+            "capacity_J_per_K = -1.0",
+            ["line 54: heat.capacity_J_per_K", "from 1e-06 to"],
+        ),
+        ("depth_mm = 20.0", "depth_mm = 0.0", ["line 48: temperature.depth_mm", "from 1e-06 to"]),
+        ("floor = 0.05", "floor = 1.5", ["line 50: temperature.floor", "from 0 to 1"]),
+        ("tau_s = 9.64", "tau_s = 0.0", ["line 62: viscous.tau_s", "from 1e-06 to"]),
         (
             "sensitivity_per_K = 0.01",
             "sensitivity_per_K = -0.01",
-            ["temperature.sensitivity_per_K", "0 or more"],
+            ["line 47: temperature.sensitivity_per_K", "from 0 to 10"],
         ),
         ("valid_C = [15.0, 75.0]", "valid_C = [75.0, 15.0]", ["temperature.valid_C", "must not exceed"]),
         ("valid_C = [15.0, 75.0]", "valid_C = [75.0]", ["temperature.valid_C"]),

@@ -1,0 +1,62 @@
+"""Reading JSON that others wrote, or that a killed program or a bad disk has left: bounded, one message."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NoReturn
+
+from bufferstand.foundation.errors import BadInput
+from bufferstand.foundation.files.trees import MOST_VALUES, TOO_MANY_DIGITS, out_of_form, too_deep
+
+
+class NotJson(ValueError):  # noqa: N818 - it names the fact
+    """A text is no JSON that can be worked with; the text of the exception says why."""
+
+
+def json_content(text: str | bytes) -> Any:
+    """Return what a JSON text says.
+
+    Raises
+    ------
+    NotJson
+        If it is no JSON (RFC 8259; NaN and Infinity are none), or nested deeper, longer, or with larger
+        numbers than any document of bufferstand's.
+    """
+    try:
+        content = json.loads(text, parse_constant=_no_constant)
+    except RecursionError:
+        raise NotJson(too_deep()[0]) from None
+    except json.JSONDecodeError as error:
+        raise NotJson(f"not valid JSON: {error}") from None
+    except UnicodeDecodeError as error:
+        raise NotJson(f"not UTF-8 text (byte {error.start})") from None
+    except NotJson:
+        raise
+    except ValueError:  # Python's guard against numbers of thousands of digits
+        raise NotJson(TOO_MANY_DIGITS[0]) from None
+    if (wrong := out_of_form(content, MOST_VALUES)) is not None:
+        place = ".".join(map(str, wrong.path))
+        raise NotJson(f"{place}: {wrong.problem}" if place else wrong.problem)
+    return content
+
+
+def json_object(text: str | bytes, file: Path, *, place: str = "", remedy: str = "") -> dict[str, Any]:
+    """Return the object that a JSON text of a file is.
+
+    Raises
+    ------
+    BadInput
+        If it is no JSON (:func:`json_content`), or no object.
+    """
+    try:
+        content = json_content(text)
+    except NotJson as error:
+        raise BadInput(str(error), file=file, place=place, remedy=remedy) from None
+    if not isinstance(content, dict):
+        raise BadInput("a JSON object is expected here", file=file, place=place, remedy=remedy)
+    return content
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise NotJson(f"{name} is no number of JSON")
