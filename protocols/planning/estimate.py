@@ -24,7 +24,7 @@ from bufferstand.protocols.campaign_file.step_kinds import (
     WarmUpStep,
 )
 from bufferstand.protocols.planning.expansion import Request, motions_of
-from bufferstand.protocols.planning.heating import LONGEST_WAIT_S, Surroundings, Walk, Walker
+from bufferstand.protocols.planning.heating import LONGEST_WAIT_S, MOST_STOPS, Surroundings, Walk, Walker
 from bufferstand.protocols.planning.temperature_limits import limits_of
 from bufferstand.protocols.planning.warm_up_estimate import never_warm, warm_up_notes
 from bufferstand.protocols.prediction import SpecimenLoading, Temperatures, force_at, peak_force, turn_changes
@@ -63,6 +63,8 @@ class DataRate:
         return round(self.bytes_per_s * duration_s + self.bytes_per_run)
 
 
+SAID_STOPS = 20
+"""So many stops of a step by its temperature are told one by one."""
 _REACHED_K = 0.01
 """A wait is found to a millionth of its time; so near its end it has come there [K]."""
 
@@ -358,7 +360,7 @@ class Estimator:
             note = _cool_down_note(request.step, self._around.ambient_C)
             if note and walk.estimates[0].duration_s > 0.0:
                 self.notes.append(f"step {index} “{request.name}”: {note}")
-        for stop in walk.stops:
+        for stop in walk.stops[:SAID_STOPS]:
             text = (
                 f"step {index} “{request.name}”: the {test.temperature_stop_C:g} °C stop is expected "
                 f"{duration_text(stop.at_s)} after its start, after {stop.cycles_done:.1f} cycles; "
@@ -378,6 +380,12 @@ class Estimator:
                     "wait-and-continue": f"{cooling}, then the cycles left are run",
                 }[test.on_temperature_stop]
             self.notes.append(text)
+        if (more := len(walk.stops) - SAID_STOPS) > 0:
+            name, least = (
+                f"step {index} “{request.name}”",
+                "at least " if len(walk.stops) >= MOST_STOPS else "",
+            )
+            self.notes.append(f"{name}: {least}{more} more such stops are expected: let it heat less")
 
 
 def _cool_down_note(step: CoolDownStep, ambient_C: float) -> str | None:

@@ -42,6 +42,10 @@ PIECES = 50
 """Into how many pieces a long motion is cut, each at the temperature reached by then."""
 EACH_CYCLE = 200
 """So many slow cycles of a motion are each predicted at their own temperature."""
+ONE_BY_ONE = 1000
+"""So many slow cycles of a motion are walked through one by one, those beyond in as many pieces."""
+MOST_STOPS = 100
+"""Stops of a step by its temperature after which no further one is looked for: it is no step to be run."""
 SAME_CYCLE_K = 0.05
 """Beyond them, one stands for all within this [K]: forces follow temperature by 1 % in a kelvin."""
 WARM_PIECE_K = 0.25
@@ -348,17 +352,26 @@ class Walker:
     def _static(self, motion: StaticCycles) -> float:
         duration_s = 0.0
         known: dict[int, StaticEstimate] = {}
-        for number in range(motion.cycles):
+        done = 0
+        for alike in _ever_more(motion.cycles):
             if self._warmth is not None and self._expected_C() >= self._warmth.temperature_C:
                 break
-            cycle = self._slow_again(motion, known, number)
+            cycle = self._slow_again(motion, known, done)
             # It is the piston that moves at the constant speed, whosever the limit of the stroke is.
             top_mm = piston_mm(cycle.end_stroke_mm, cycle.peak_force_kN, self._around.give_mm_per_kN)
-            cycle_s = 2.0 * top_mm / motion.speed_mm_per_s
-            self._advance(cycle_s, _slow_heat_J(cycle), 1.0)
-            pause_s = motion.pause_s if number + 1 < motion.cycles else 0.0
+            cycle_s, heat_J = 2.0 * top_mm / motion.speed_mm_per_s, _slow_heat_J(cycle)
+            if (
+                before := alike - 1
+            ):  # at their mean power, at which the temperature is in the middle of a pause
+                self._advance(
+                    before * (cycle_s + motion.pause_s) - 0.5 * motion.pause_s, before * heat_J, float(before)
+                )
+                self._advance(0.5 * motion.pause_s, 0.0)
+            self._advance(cycle_s, heat_J, 1.0)
+            done += alike
+            pause_s = motion.pause_s if done < motion.cycles else 0.0
             self._advance(pause_s, 0.0)
-            duration_s += cycle_s + pause_s
+            duration_s += before * (cycle_s + motion.pause_s) + cycle_s + pause_s
         return duration_s
 
     def _slow_again(
@@ -453,7 +466,8 @@ class Walker:
             around.predictor, self._now, around.test.temperature_resume_C, around.ambient_C
         )
         self._stops.append(ExpectedStop(self._elapsed_s, self._cycles, wait_s))
-        if around.test.on_temperature_stop != "wait-and-continue" or wait_s is None:
+        enough = len(self._stops) >= MOST_STOPS
+        if around.test.on_temperature_stop != "wait-and-continue" or wait_s is None or enough:
             self._ended = True
             return
         self._rest(wait_s)
@@ -472,7 +486,13 @@ def _slow_heat_J(cycle: StaticEstimate) -> float:  # noqa: N802 - the unit keeps
     return max(0.0, cycle.absorbed_energy_J)
 
 
-def _pieces(count: int) -> list[int]:
-    """Return ``count`` cut into at most PIECES whole numbers of nearly equal size."""
-    number = min(count, PIECES)
+def _ever_more(count: int) -> list[int]:
+    """Return ``count`` cut into whole numbers: one by one, then so many alike that a plan is done at once."""
+    single = min(count, ONE_BY_ONE)
+    return [1] * single + (_pieces(count - single, ONE_BY_ONE) if count > single else [])
+
+
+def _pieces(count: int, most: int = PIECES) -> list[int]:
+    """Return ``count`` cut into at most ``most`` whole numbers of nearly equal size."""
+    number = min(count, most)
     return [count * (index + 1) // number - count * index // number for index in range(number)]
