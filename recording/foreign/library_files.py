@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import gc
 import logging
+import resource
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
 from bufferstand.recording.foreign.record import Floats, Header
+
+MOST_MEMORY = 1 << 30
+"""Bytes that a library may take for one file beyond what the process has; ten channels of an hour at 1 kHz:
+300 million."""
 
 
 @contextmanager
@@ -27,35 +31,65 @@ def of_library(path: Path, kind: str, place: str = "") -> Iterator[None]:
     BadInput
         Instead of any other exception.
     """
-    hook = sys.unraisablehook
-    detail = ""
     try:
-        yield
-        return
+        with bounded_memory():
+            yield
     except BadInput:
         raise
-    except Exception as error:  # noqa: BLE001 - of broken files these libraries raise anything
+    except (Exception, RecursionError) as error:  # noqa: BLE001 - of broken files these libraries raise anything
         text = str(error).strip()
         detail = text.splitlines()[0] if text else type(error).__name__
-        sys.unraisablehook = _say_nothing
-    # Only here, with the exception gone, half-made objects of the library go, and complain of themselves.
-    gc.collect()
-    sys.unraisablehook = hook
-    raise BadInput(
-        f"damaged, or no {kind} ({detail[:120]})",
-        file=path,
-        place=place,
-        remedy="copy it again from where it was recorded",
-    )
+        raise BadInput(
+            f"damaged, or no {kind} ({detail[:120]})",
+            file=path,
+            place=place,
+            remedy="copy it again from where it was recorded",
+        ) from None
 
 
-def _say_nothing(what: object) -> None:
-    """Take a complaint of an object that is being discarded."""
+@contextmanager
+def bounded_memory() -> Iterator[None]:
+    """While inside, this process may take no more than :data:`MOST_MEMORY` beyond what it has.
+
+    A damaged count makes a library ask for any amount: it gets a ``MemoryError`` at once.
+    """
+    before, hard = resource.getrlimit(resource.RLIMIT_AS)
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+    most = pages * resource.getpagesize() + MOST_MEMORY
+    ends = [limit for limit in (before, hard) if limit != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min([most, *ends]), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (before, hard))
+
+
+class _Hushed:
+    """Takes what half-made objects of a library complain of as they go, whenever that is.
+
+    Parameters
+    ----------
+    library : str
+        Its name.
+    others : callable
+        The hook for what anything else complains of.
+    """
+
+    def __init__(self, library: str, others: Callable[[Any], object]) -> None:
+        self.library, self._others = library, others
+
+    def __call__(self, complaint: Any) -> None:
+        module = str(getattr(complaint.object, "__module__", ""))
+        if module.partition(".")[0] != self.library:
+            self._others(complaint)
 
 
 @contextmanager
 def quiet(library: str) -> Iterator[None]:
     """Keep a library's log and warnings from the user: what it has to say is said by us, once."""
+    hook = sys.unraisablehook
+    if not (isinstance(hook, _Hushed) and hook.library == library):
+        sys.unraisablehook = _Hushed(library, hook)  # for good: its objects go later, when nothing holds them
     prefix = f"{library}."
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(prefix)]
     loggers.append(logging.getLogger(library))

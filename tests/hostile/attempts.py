@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import click
 
@@ -34,14 +34,17 @@ def attempt(*arguments: object) -> Outcome:
                 standalone_mode=False,
             )
     except BadInput as error:
-        return Outcome(2, str(error), output=said.getvalue())
+        ended = Outcome(2, str(error), output=said.getvalue())
     except click.ClickException as error:
-        return Outcome(2, error.format_message())
+        ended = Outcome(2, error.format_message())
     except DeviceFault as error:
-        return Outcome(4, str(error))
+        ended = Outcome(4, str(error))
     except Exception as error:  # noqa: BLE001 - what main calls a bug
         return Outcome(4, str(error), type(error).__name__)
-    return Outcome(status if isinstance(status, int) else 0, told.getvalue(), output=said.getvalue())
+    else:
+        ended = Outcome(status if isinstance(status, int) else 0, told.getvalue(), output=said.getvalue())
+    printed = said.getvalue() + told.getvalue()
+    return replace(ended, bug="printed a traceback", message=printed) if "Traceback" in printed else ended
 
 
 def bugs(outcomes: Sequence[tuple[str, Outcome]]) -> list[str]:

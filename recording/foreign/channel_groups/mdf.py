@@ -6,7 +6,7 @@ import io
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -191,9 +191,10 @@ class MdfRecord:
         with ExitStack() as stack:
             stack.enter_context(quiet("asammdf"))
             stream = self._stream(stack)
-            with of_library(self.path, "MDF file"), redirect_stdout(io.StringIO()):  # it prints tracebacks
+            stack.enter_context(redirect_stdout(io.StringIO()))  # it prints tracebacks
+            with of_library(self.path, "MDF file"):
                 file = MDF(stream)
-            stack.callback(file.close)
+            stack.callback(_closed, file)
             yield file
 
     def _stream(self, stack: ExitStack) -> Any:
@@ -206,6 +207,12 @@ class MdfRecord:
             return stack.enter_context(path.open("r+b" if self._unfinalised else "rb"))
         except OSError as error:
             raise BadInput(f"cannot be read or copied: {error.strerror}", file=self.path) from None
+
+
+def _closed(file: Any) -> None:
+    """Let go of a file; of a damaged one the library may not know how."""
+    with suppress(Exception):
+        file.close()
 
 
 def _is_unfinalised(path: Path) -> bool:

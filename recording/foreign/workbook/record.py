@@ -25,6 +25,7 @@ from bufferstand.recording.foreign.record import (
     TimeColumn,
 )
 from bufferstand.recording.foreign.workbook.cells import DAY_0, TIMES, SheetCells
+from bufferstand.recording.foreign.workbook.limits import cells_of, demand_bounded
 from bufferstand.recording.foreign.workbook.rows import (
     SheetRowFilter,
     SheetTable,
@@ -172,7 +173,7 @@ class ExcelRecord:
 
     def _cells(self, book: Any, *, values_only: bool = False) -> Iterator[tuple[Any, ...]]:
         with of_library(self.path, "workbook", f"sheet “{self._sheet}”"):
-            yield from _cells(book[self._sheet], values_only=values_only)
+            yield from cells_of(book[self._sheet], self.path, values_only=values_only)
 
     @contextmanager
     def _opened(self, *, values: bool) -> Iterator[Any]:
@@ -185,6 +186,7 @@ class ExcelRecord:
         except OSError as error:
             raise BadInput(f"cannot be read: {error.strerror}", file=self.path) from None
         with stream, quiet("openpyxl"):
+            demand_bounded(stream, self.path)
             with of_library(self.path, "workbook (.xlsx)"):
                 book = load_workbook(stream, read_only=True, data_only=values)
             try:
@@ -201,7 +203,7 @@ def _sheet(book: Any, asked: str | None, path: Path) -> str:
         if asked not in names:
             raise BadInput(f"no sheet is named “{asked}”", file=path, remedy=f"the sheets are {listed}")
         return asked
-    filled = [sheet.title for sheet in book.worksheets if not _is_empty(sheet)]
+    filled = [sheet.title for sheet in book.worksheets if not _is_empty(sheet, path)]
     if not filled:
         raise BadInput("the workbook is empty", file=path)
     if len(filled) > 1:
@@ -213,13 +215,8 @@ def _sheet(book: Any, asked: str | None, path: Path) -> str:
     return str(filled[0])
 
 
-def _is_empty(sheet: Any) -> bool:
-    return not any(any(cell is not None for cell in row) for row in _cells(sheet))
-
-
-def _cells(sheet: Any, *, values_only: bool = True) -> Iterator[tuple[Any, ...]]:
-    sheet.reset_dimensions()  # what other programs state of a sheet's size is often wrong
-    yield from sheet.iter_rows(values_only=values_only)
+def _is_empty(sheet: Any, path: Path) -> bool:
+    return not any(any(cell is not None for cell in row) for row in cells_of(sheet, path))
 
 
 def _texts(cells: Sequence[Any]) -> list[str]:
