@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
 
@@ -14,6 +15,10 @@ class ExitStatus(IntEnum):
     BAD_INPUT = 2
     STOPPED = 3
     DEVICE_FAULT = 4
+
+
+MORE_SHOWN = 12
+"""So many further findings of one file are shown; the others are counted."""
 
 
 class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at every raise
@@ -38,11 +43,24 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
         self.file = None if file is None else str(file)
         self.place = place
         self.remedy = remedy
+        self._more: tuple[BadInput, ...] = ()
         super().__init__(self.message())
 
+    def with_more(self, more: Sequence[BadInput]) -> BadInput:
+        """Return this with what else is wrong in the same file."""
+        self._more = tuple(more)
+        self.args = (self.message(),)
+        return self
+
     def message(self) -> str:
-        """Return the one-line message: ``file: place: problem; remedy``."""
-        where = ": ".join(part for part in (self.file or "", self.place) if part)
+        """Return the message: ``file: place: problem; remedy``, and a line for each further finding."""
+        further = [f"  {one._line(named=False)}" for one in self._more[:MORE_SHOWN]]
+        if len(self._more) > MORE_SHOWN:
+            further.append(f"  and {len(self._more) - MORE_SHOWN} more")
+        return "\n".join((self._line(named=True), *further))
+
+    def _line(self, *, named: bool) -> str:
+        where = ": ".join(part for part in ((self.file or "") * named, self.place) if part)
         text = f"{where}: {self.problem}" if where else self.problem
         return f"{text}; {self.remedy}" if self.remedy else text
 

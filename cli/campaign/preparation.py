@@ -16,6 +16,7 @@ from bufferstand.daq.guards import (
 )
 from bufferstand.drivers.controllers import leeway_of
 from bufferstand.drivers.stand_file import StandFile, load_stand, wires_from
+from bufferstand.foundation.settings import demand_named
 from bufferstand.foundation.specimen import SpecimenFile, load_specimen
 from bufferstand.model import load_model
 from bufferstand.protocols import StandLimits
@@ -72,10 +73,14 @@ def prepare(
         limit, or a specimen that heat destroys has no temperature stop and no consent.
     """
     campaign = load_campaign(path)
-    stand_file = load_stand(campaign.stand_path)
-    specimen_file = load_specimen(campaign.specimen_path)
+    stand_file = load_stand(demand_named(campaign.stand_path, path, ("campaign", "stand")))
+    of_specimen = demand_named(campaign.specimen_path, path, ("campaign", "specimen"))
+    specimen_file = load_specimen(of_specimen)
     specimen = specimen_file.specimen
-    model_path = None if specimen.model is None else campaign.specimen_path.parent / specimen.model
+    model_path = None
+    if specimen.model is not None:
+        named = of_specimen.parent / specimen.model
+        model_path = demand_named(named, of_specimen, ("specimen", "model"))
     limits = stand_file.limits
     predictor = _predictor(specimen_file, model_path)
     of_stand = StandLimits(

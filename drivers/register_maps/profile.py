@@ -507,6 +507,8 @@ def load_profile(name: str, folder: Path | None = None) -> Profile:
     """
     if name.endswith(".toml"):
         path = (folder or Path()) / name
+        if not path.exists():
+            raise BadInput(f"there is no register profile {path}", remedy="mend the path")
     else:
         path = SHIPPED / f"{name}.toml"
         if not path.is_file():

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
 from bufferstand.drivers.simulated.miswiring import Miswired
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation import BadInput, curve_problem
-from bufferstand.foundation.settings import Settings, read_text, refusal
+from bufferstand.foundation.settings import Settings, demand_named, read_text, refusal
 
 
 def _demand_curve(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
@@ -159,4 +159,4 @@ def model_path(stand_file: StandFile, override: Path | None = None) -> Path:
             place="simulation.model",
             remedy="name one there, or let the specimen name one",
         )
-    return stand_file.folder / named
+    return demand_named(stand_file.folder / named, stand_file.path, ("simulation", "model"))

@@ -10,7 +10,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings.bounds import first_breach
-from bufferstand.foundation.settings.messages import ValidationMessage
+from bufferstand.foundation.settings.file_kinds import mistaken_for
+from bufferstand.foundation.settings.messages import findings
 from bufferstand.foundation.settings.places import place_of
 from bufferstand.foundation.settings.toml_text import LONGEST_SETTINGS, NotToml, toml_content
 
@@ -59,7 +60,7 @@ def refusal(
     text: str,
     within: tuple[str | int, ...] = (),
 ) -> BadInput:
-    """Return what a validation found, as one message: the first finding; the others are counted.
+    """Return what a validation found, as one message; or which kind of file it is, if it is another.
 
     Parameters
     ----------
@@ -74,11 +75,13 @@ def refusal(
     within : tuple of str and int
         The table that was validated, if it was not the whole file.
     """
-    complaint = ValidationMessage(error, schema, within)
-    problem, remedy = complaint.said()
-    if complaint.others:
-        problem += f" [and {complaint.others} more in this file]"
-    return BadInput(problem, file=path, place=place_of(complaint.path, text), remedy=remedy)
+    if not within and (other := mistaken_for(schema.__name__, toml_content(text))):
+        return BadInput(other, file=path, remedy="check the path")
+    said = []
+    for finding in findings(error, schema, within):
+        problem, remedy = finding.said()
+        said.append(BadInput(problem, file=path, place=place_of(finding.path, text), remedy=remedy))
+    return said[0].with_more(said[1:])
 
 
 def toml_document(text: str, path: Path) -> dict[str, Any]:
@@ -130,6 +133,34 @@ def demand_within(settings: BaseModel, path: Path, text: str, within: tuple[str 
     if (breach := first_breach(settings)) is not None:
         problem, remedy = breach.said()
         raise BadInput(problem, file=path, place=place_of((*within, *breach.path), text), remedy=remedy)
+
+
+def demand_named(named: Path, named_in: Path, key: tuple[str | int, ...]) -> Path:
+    """Return the path of a file that another one names; refuse it at that key if it is not there.
+
+    Parameters
+    ----------
+    named : Path
+        The file.
+    named_in : Path
+        The settings file that names it.
+    key : tuple of str and int
+        The key that does.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file.
+    """
+    if not named.exists():
+        place = place_of(key, read_text(named_in)) if named_in.is_file() else ".".join(map(str, key))
+        raise BadInput(
+            f"it names {named}, and there is no such file",
+            file=named_in,
+            place=place,
+            remedy="mend the path, which starts from the folder of this file",
+        )
+    return named
 
 
 def read_text(path: Path, longest: int = LONGEST_TEXT) -> str:

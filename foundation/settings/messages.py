@@ -39,32 +39,42 @@ Finding = Mapping[str, Any]
 
 
 class ValidationMessage:
-    """The finding of a validation that is said; the others are counted.
+    """One finding of a validation.
 
     Parameters
     ----------
-    error : ValidationError
-        What pydantic found.
-    schema : type
-        Of the whole file.
+    tried : sequence of (mapping, FindingPlace)
+        What pydantic found for each type that was tried on one value. The one that led furthest was meant.
     within : tuple of str and int
-        Where in the file the validated table lies, if it is not the file itself; ``schema`` is the table's.
+        Where in the file the validated table lies, if it is not the file itself.
     """
 
     def __init__(
-        self, error: ValidationError, schema: type[BaseModel], within: tuple[str | int, ...] = ()
+        self, tried: Sequence[tuple[Finding, FindingPlace]], within: tuple[str | int, ...] = ()
     ) -> None:
-        groups: dict[tuple[str | int, ...], list[tuple[Finding, FindingPlace]]] = {}
-        for one in error.errors(include_url=False):
-            found = find(schema, _location(one))
-            # All types that were tried on one value are one finding.
-            groups.setdefault(found.choice or found.path, []).append((one, found))
-        unknown = [key for key, group in groups.items() if group[0][0]["type"] == "extra_forbidden"]
-        chosen = groups[unknown[0] if unknown else next(iter(groups))]
-        # Where several types were tried, the one that led furthest is what was meant.
-        self._finding, self._found = max(chosen, key=lambda pair: len(pair[1].path))
-        self.others = len(groups) - 1
+        self._finding, self._found = max(tried, key=lambda pair: len(pair[1].path))
         self.path = (*within, *self._found.path, *self._tag_at_fault(), *_key_at_fault(self._finding))
+
+    @property
+    def is_unknown_key(self) -> bool:
+        """Whether it is a key that the table does not have."""
+        return bool(self._finding["type"] == "extra_forbidden")
+
+    @property
+    def is_missing(self) -> bool:
+        """Whether a key is not there."""
+        return bool(self._finding["type"] == "missing")
+
+    @property
+    def meant(self) -> tuple[str | int, ...]:
+        """The key that was probably meant by an unknown one; empty where none was."""
+        near = nearest_key(str(self.path[-1]), self._known()) if self.is_unknown_key else ""
+        return (*self.path[:-1], near) if near else ()
+
+    def _known(self) -> list[str]:
+        """Return the keys of the table in which it was found."""
+        model = self._found.spot.model
+        return [] if model is None else sorted(fields_by_key(model))
 
     def said(self) -> tuple[str, str]:
         """Return what is wrong and what to do."""
@@ -93,7 +103,7 @@ class ValidationMessage:
     def _unknown_key(self) -> tuple[str, str]:
         """Return what is said of a key that the table does not have: which kind has it, or what is alike."""
         key, found = str(self._found.path[-1]), self._found
-        own = sorted(fields_by_key(found.spot.model)) if found.spot.model is not None else []
+        own = self._known()
         listed = f"known here: {', '.join(own)}"
         if found.tag:
             kind = ", ".join(tag_values(found.spot, found.tag))
@@ -119,6 +129,36 @@ class ValidationMessage:
         near = nearest_key(str(given[tag]), known)
         hint = f"; did you mean “{near}”?" if near else ""
         return f"{tag} = {shown(given[tag])} is not known", f"write {alternatives(known)}{hint}"
+
+
+def findings(
+    error: ValidationError, schema: type[BaseModel], within: tuple[str | int, ...] = ()
+) -> list[ValidationMessage]:
+    """Return all that a validation found; unknown keys first, since a key that is missing may be one of them.
+
+    Parameters
+    ----------
+    error : ValidationError
+        What pydantic found.
+    schema : type
+        Of what was validated.
+    within : tuple of str and int
+        Where in the file that lies, if it is not the file itself.
+    """
+    groups: dict[tuple[str | int, ...], list[tuple[Finding, FindingPlace]]] = {}
+    for one in error.errors(include_url=False):
+        found = find(schema, _location(one))
+        # All types that were tried on one value are one finding.
+        groups.setdefault(found.choice or found.path, []).append((one, found))
+    said: list[ValidationMessage] = []
+    for tried in groups.values():
+        one = ValidationMessage(tried, within)
+        # What is said of a list and of what lies in it has one reason.
+        if not any(other.path[: len(one.path)] == one.path[: len(other.path)] for other in said):
+            said.append(one)
+    meant = {one.meant for one in said}
+    said = [one for one in said if not (one.is_missing and one.path in meant)]
+    return sorted(said, key=lambda one: not one.is_unknown_key)
 
 
 def nearest_key(key: str, known: Sequence[str]) -> str:

@@ -84,7 +84,7 @@ def test_own_profile_is_found_beside_the_stand_file(tmp_path: Path, profile: Pro
     own = load_profile("mine.toml", tmp_path)
     assert own.encode("test_integer", 0x12345678) == [0x5678, 0x1234]
     assert own.hash != profile.hash
-    with pytest.raises(BadInput, match=r"other\.toml: no such file"):
+    with pytest.raises(BadInput, match=r"there is no register profile .*other\.toml; mend the path"):
         load_profile("other.toml", tmp_path)
 
 

@@ -82,8 +82,12 @@ def test_text_is_not_taken_for_a_number() -> None:
     assert (error.problem, error.remedy) == ("“3” is not possible here", "write a number")
 
 
-def test_further_findings_are_counted() -> None:
-    assert "1 more" in refuse("name = 3\n[spring]\nstiffness_kN_per_mm = true\n").problem
+def test_a_further_finding_has_a_line_of_its_own() -> None:
+    error = refuse("name = 3\n[spring]\nstiffness_kN_per_mm = true\n")
+    assert [line.partition(": ")[2][:14] for line in str(error).splitlines()] == [
+        "line 1: name: ",
+        "spring.stiffne",
+    ]
 
 
 def test_syntax_error_names_the_line() -> None:
@@ -130,11 +134,24 @@ def test_a_value_of_no_permitted_type_names_all_of_them() -> None:
     with pytest.raises(BadInput) as caught:
         parse_settings('limit_N = "about 5"\nload_N = "x"\n', Bracket, Path("b.toml"))
     assert caught.value.place == "line 1: limit_N"
-    assert caught.value.problem == "“about 5” is not possible here [and 1 more in this file]"
+    assert caught.value.problem == "“about 5” is not possible here"
     assert caught.value.remedy == "write a number, “open” or “none”"
+    assert str(caught.value).splitlines()[1:] == [
+        "  line 2: load_N: “x” is not possible here; write a number or “open”"
+    ]
 
 
 def test_two_keys_with_the_same_wrong_value_are_two_findings() -> None:
     error = refuse('name = "a"\n[spring]\nkind = 1\nstiffness_kN_per_mm = "1"\n')
     assert error.place == "line 3: spring.kind"
-    assert "1 more in this file" in error.problem
+    assert len(str(error).splitlines()) == 2
+    assert "\n  line 4: spring.stiffness_kN_per_mm: “1” is not possible here" in str(error)
+
+
+def test_all_that_is_wrong_is_said_at_once_and_of_very_much_the_count() -> None:
+    error = refuse('name = "a"\nx = 1\nwheel = 2\n[spring]\nstiffness_kN_per_mm = "1"\n')
+    lines = str(error).splitlines()
+    assert [line.partition(":")[0].strip() for line in lines[1:]] == ["line 3", "line 5"]
+    assert lines[0].startswith("cart.toml: line 2: x: unknown key “x”")
+    many = "".join(f"x{number} = 1\n" for number in range(20))
+    assert str(refuse(f'{many}name = "a"\n[spring]\nstiffness_kN_per_mm = 1\n')).endswith("\n  and 7 more")

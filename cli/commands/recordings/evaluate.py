@@ -35,7 +35,14 @@ SHOWN_RUNS = 40
 @click.option(
     "--json", "json_file", metavar="FILE|-", help="Write the evaluation as JSON; - is standard output."
 )
-@click.option("--table", metavar="FILE", type=FILE, help="Write a row a cycle as .csv, .parquet or .xlsx.")
+@click.option(
+    "--table",
+    "tables",
+    metavar="FILE",
+    type=FILE,
+    multiple=True,
+    help="Write a row a cycle as .csv, .parquet or .xlsx; may be given several times.",
+)
 @click.option("--run-table", metavar="FILE", type=FILE, help="Write a row a run as .csv, .parquet or .xlsx.")
 @judging_options
 @click.option(
@@ -68,7 +75,7 @@ def command(
     paths: tuple[str, ...],
     lists: tuple[Path, ...],
     json_file: str | None,
-    table: Path | None,
+    tables: tuple[Path, ...],
     run_table: Path | None,
     judging: JudgingOptions,
     draws: int,
@@ -101,11 +108,10 @@ def command(
     )
     from bufferstand.evaluation.document import check_table_name
 
-    for name in (table, run_table):
-        if name is not None:
-            check_table_name(name)
-    one_book = table is not None and table == run_table and table.suffix.lower() == ".xlsx"
-    check_named(json_file, table, None if one_book else run_table)
+    for name in (*tables, *filter(None, (run_table,))):
+        check_table_name(name)
+    one_book = run_table in tables and run_table is not None and run_table.suffix.lower() == ".xlsx"
+    check_named(json_file, *tables, None if one_book else run_table)
     if cluster is not None and jobs is not None:
         raise click.UsageError("--jobs is for this machine; how many work on a cluster, its workers say")
     files = find_runs(paths, lists)
@@ -122,7 +128,7 @@ def command(
                 cache,
                 wanted=RequestedParts(
                     entries=json_file is not None or shown_whole,
-                    rows=table is not None and table.suffix.lower() == ".csv",
+                    rows=any(table.suffix.lower() == ".csv" for table in tables),
                 ),
                 report=report,
                 conformity=judging.conformity,
@@ -137,7 +143,10 @@ def command(
     if json_file is not None:
         with open_output(json_file) as stream:
             write_document(evaluation, stream)
-    write_tables(evaluation, table, run_table)
+    for table in tables:
+        write_tables(evaluation, table, run_table if table == run_table else None)
+    if run_table not in tables:
+        write_tables(evaluation, None, run_table)
     if to_terminal and shown_whole:
         show_evaluation(document(evaluation))
     elif to_terminal:
