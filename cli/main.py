@@ -26,6 +26,7 @@ except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOP
 # Name → what it does. The modules are imported only when used, so that --help answers at once.
 COMMANDS = {
     "demo": "The paper's campaign, shortened, on the simulated stand: runs, evaluation, report.",
+    "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
@@ -49,7 +50,7 @@ COMMANDS = {
 }
 
 SECTIONS = {
-    "Start here": ("demo",),
+    "Start here": ("demo", "samples"),
     "Test": ("plan", "check", "stand", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": ("runs", "verify", "import", "evaluate", "compare", "skew", "report"),
     "Know that the figures are right": ("validate",),
@@ -69,6 +70,7 @@ MODULES = {
     **{name: f"{group}.{module_name(name)}" for group, names in _GROUPS.items() for name in names},
     "stand": "stand.group",
     "model": "model.group",
+    "samples": "samples",
     "schema": "schema",
 }
 """The module of each command, below :mod:`bufferstand.cli.commands`."""

@@ -2,9 +2,34 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from bufferstand.foundation import BadInput
+
+
+def copy_samples(folder: Path) -> list[Path]:
+    """Copy all samples into a folder, which is made where it is not there; return what was written.
+
+    Raises
+    ------
+    BadInput
+        If a file of that name is there, or the folder cannot be written.
+    """
+    source = sample("README.md").parent
+    files = [path.relative_to(source) for path in sorted(source.rglob("*")) if path.is_file()]
+    written = [folder / file for file in files]
+    if there := next((path for path in written if path.exists()), None):
+        raise BadInput(
+            "there is a file already", file=there, remedy="name another folder; nothing was copied"
+        )
+    try:
+        for file, path in zip(files, written, strict=True):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(source / file, path)
+    except OSError as error:
+        raise BadInput(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
+    return written
 
 
 def sample(name: str) -> Path:
