@@ -48,6 +48,12 @@ if TYPE_CHECKING:
         StandStill,
         StaticCycles,
     )
+    from bufferstand.foundation.plain_text import (
+        as_cell,
+        has_controls,
+        plain,
+        plain_but_for_displays,
+    )
     from bufferstand.foundation.run_kinds import (
         Kind,
     )
@@ -92,15 +98,19 @@ __all__ = [
     "StaticCycles",
     "WallClock",
     "WireLost",
+    "as_cell",
     "bind_for_oneself",
     "connected",
     "conversion",
     "curve_problem",
     "duration_text",
     "exchange",
+    "has_controls",
     "installed_kinds",
     "json_schema",
     "loaded_when_used",
+    "plain",
+    "plain_but_for_displays",
     "short_address",
     "steady_s",
     "to_inside",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import IntEnum
 from pathlib import Path
 
+from bufferstand.foundation.plain_text import plain
+
 
 class ExitStatus(IntEnum):
     """Exit status of every command (docs/commands.md)."""
@@ -44,7 +46,7 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
         """Return the one-line message: ``file: place: problem; remedy``."""
         where = ": ".join(part for part in (self.file or "", self.place) if part)
         text = f"{where}: {self.problem}" if where else self.problem
-        return f"{text}; {self.remedy}" if self.remedy else text
+        return plain(f"{text}; {self.remedy}" if self.remedy else text)
 
 
 class DeviceFault(Exception):  # noqa: N818 - it names the fact
