@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import TextIO
 
 import click
+
+from bufferstand.foundation import plain_but_for_displays
 
 NOBODY_READS = (errno.EIO, errno.EPIPE)
 """What writing fails with once the terminal has been closed, or the reader of a pipe has ended."""
@@ -50,6 +54,42 @@ def say(line: str) -> None:
     """Show a line on standard error; one that nobody can see any more is no reason to stop a safe stop."""
     with suppress(OSError):
         click.echo(line, err=True)
+
+
+class PlainTerminal(io.TextIOWrapper):
+    """A terminal that shows escape sequences of names and notes instead of obeying them."""
+
+    def write(self, text: str) -> int:
+        """Write a text; return how long it was."""
+        super().write(plain_but_for_displays(text))
+        return len(text)
+
+
+@contextmanager
+def plain_terminals() -> Iterator[None]:
+    """While inside, whatever is shown on a terminal is plain; files and pipes get it as it is."""
+    before = sys.stdout, sys.stderr
+    try:
+        sys.stdout, sys.stderr = (_plain(stream) for stream in before)
+        yield
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, PlainTerminal):
+                with suppress(OSError, ValueError):
+                    stream.flush()
+        sys.stdout, sys.stderr = before
+
+
+def _plain(stream: TextIO) -> TextIO:
+    try:
+        if not isinstance(stream, io.TextIOWrapper) or not stream.isatty():
+            return stream
+    except (OSError, ValueError):
+        return stream
+    stream.flush()
+    # Without closing the descriptor when this wrapper goes: it is the process's.
+    raw = open(stream.fileno(), "wb", closefd=False)  # noqa: SIM115 - a descriptor; closed with the process
+    return PlainTerminal(raw, stream.encoding, stream.errors, line_buffering=True, write_through=True)
 
 
 def drop(stream: TextIO) -> None:

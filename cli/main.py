@@ -16,7 +16,7 @@ try:
 
     import click
 
-    from bufferstand.cli.closed_terminal import drop, is_closed_terminal, shows_on_terminal
+    from bufferstand.cli.closed_terminal import drop, is_closed_terminal, plain_terminals, shows_on_terminal
     from bufferstand.cli.lazy import LazyGroup, module_name
     from bufferstand.foundation import BadInput, DeviceFault, ExitStatus
 except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
@@ -111,7 +111,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
     on_terminal = shows_on_terminal()
     try:
-        with _ended_by_signals():
+        with _ended_by_signals(), plain_terminals():
             outcome = bufferstand.main(args=arguments, prog_name="bufferstand", standalone_mode=False)
             status = int(outcome) if isinstance(outcome, int) else ExitStatus.DONE
             _flush(status)

@@ -13,7 +13,7 @@ from typing import Any, Literal, TextIO, TypeVar
 
 import click
 
-from bufferstand.foundation import DELAYS_TO_SPEED, BadInput
+from bufferstand.foundation import DELAYS_TO_SPEED, BadInput, plain
 from bufferstand.foundation.files import check_outputs, replaced_whole
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -192,7 +192,7 @@ def write_json(content: Any, target: str) -> None:
 
 def warn(message: str) -> None:
     """Say on standard error what the user should know but need not stop for."""
-    click.echo(f"warning: {message}", err=True)
+    click.echo(f"warning: {plain(message)}", err=True)
 
 
 def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], *, title: str = "") -> None:
@@ -210,13 +210,15 @@ def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]]
     from rich.console import Console  # noqa: PLC0415 - only where a table is shown
     from rich.table import Table  # noqa: PLC0415
 
-    table = Table(title=title or None, title_justify="left", header_style="bold", pad_edge=False, box=None)
+    table = Table(
+        title=plain(title) or None, title_justify="left", header_style="bold", pad_edge=False, box=None
+    )
     for heading, side in columns:
         table.add_column(
             heading, justify="right" if side == "right" else "left", overflow="fold", no_wrap=side == "whole"
         )
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(plain(cell).replace("\n", " ") for cell in row))
     terminal = Console()
     width = terminal.width if terminal.is_terminal else 200
     text = io.StringIO()  # rich ends the process with status 1 where a reader has gone

@@ -52,6 +52,12 @@ if TYPE_CHECKING:
         StandStill,
         StaticCycles,
     )
+    from bufferstand.foundation.plain_text import (
+        as_cell,
+        has_controls,
+        plain,
+        plain_but_for_displays,
+    )
     from bufferstand.foundation.run_kinds import (
         Kind,
     )
@@ -96,16 +102,20 @@ __all__ = [
     "StaticCycles",
     "WallClock",
     "WireLost",
+    "as_cell",
     "bind_for_oneself",
     "connected",
     "conversion",
     "curve_problem",
     "duration_text",
     "exchange",
+    "has_controls",
     "how_to_add",
     "installed_kinds",
     "json_schema",
     "loaded_when_used",
+    "plain",
+    "plain_but_for_displays",
     "program",
     "short_address",
     "steady_s",

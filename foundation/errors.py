@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
 
+from bufferstand.foundation.plain_text import plain
+
 
 class ExitStatus(IntEnum):
     """Exit status of every command (docs/commands.md)."""
@@ -62,7 +64,7 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
     def _line(self, *, named: bool) -> str:
         where = ": ".join(part for part in ((self.file or "") * named, self.place) if part)
         text = f"{where}: {self.problem}" if where else self.problem
-        return f"{text}; {self.remedy}" if self.remedy else text
+        return plain(f"{text}; {self.remedy}" if self.remedy else text)
 
 
 class DeviceFault(Exception):  # noqa: N818 - it names the fact

@@ -17,6 +17,7 @@ import numpy as np
 
 from bufferstand.daq.warm_up import WarmUpOutcome
 from bufferstand.foundation import BadInput, duration_text
+from bufferstand.foundation.files import json_lines, typed
 from bufferstand.protocols.prediction import Observation
 from bufferstand.recording.runfile import Run, open_run
 
@@ -27,6 +28,7 @@ REPORT_HEADER = (
 )  # fmt: skip
 """Columns of :func:`report_rows`; “as learned” is what was expected just before the step."""
 NOT_KNOWN = "not known"
+MEND = "mend the value, or take the line out: the campaign goes on without what that step has taught"
 
 
 @dataclass(frozen=True)
@@ -170,27 +172,18 @@ def add_as_run(folder: Path, row: AsRun) -> None:
 
 
 def read_as_run(folder: Path) -> tuple[AsRun, ...]:
-    """Return the steps of a campaign's folder as they were run; a line that is cut off is left out."""
+    """Return the steps of a campaign's folder as they were run; a line that is cut off is left out.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read, or a value in a whole line is missing or of another type: with its line.
+    """
     path = folder / AS_RUN_NAME
-    if not path.exists():
-        return ()
-    found: list[AsRun] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            content = json.loads(line)
-            planned = content.pop("planned")
-            estimated = ExpectedOutcome(**content.pop("estimated"))
-            warmed = content.pop("warmed", None)
-            row = AsRun(
-                planned=None if planned is None else ExpectedOutcome(**planned),
-                estimated=estimated,
-                warmed=None if warmed is None else WarmUpOutcome(**warmed),
-                **content,
-            )
-            found.append(row)
-        except (ValueError, TypeError, KeyError, AttributeError):
-            continue
-    return tuple(found)
+    return tuple(
+        typed(AsRun, content, path, place=f"line {number}", remedy=MEND)
+        for number, content in json_lines(path)
+    )
 
 
 def rows_in_force(rows: Sequence[AsRun], hashes: Collection[str]) -> tuple[AsRun, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -20,7 +20,9 @@ from bufferstand.daq.campaign_folder.inputs import (
     write_whole,
 )
 from bufferstand.daq.campaign_folder.step_matching import same_steps
+from bufferstand.daq.campaign_folder.stored_forms import StoredPlan, StoredStart
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import json_object, typed
 from bufferstand.foundation.settings import read_text
 from bufferstand.protocols.planning import Plan
 from bufferstand.protocols.steps import PlannedStep
@@ -91,7 +93,7 @@ class CampaignRecord:
     copied from.
     """
 
-    plan: dict[str, Any]
+    plan: StoredPlan
     steps: tuple[StepRecord, ...]
     campaign_file: str
     stand_folder: str = ""
@@ -102,7 +104,7 @@ class CampaignRecord:
     """What stopped it, as data (:meth:`bufferstand.daq.guards.trips.Trip.facts`); empty where nothing did."""
     started_utc: str = ""
     updated_utc: str = field(default="")
-    starts: tuple[dict[str, Any], ...] = ()
+    starts: tuple[StoredStart, ...] = ()
     originals: str = ""
     inputs: dict[str, str] = field(default_factory=dict)
 
@@ -292,22 +294,13 @@ def load_record(folder: Path) -> CampaignRecord | None:
     path = folder / RECORD_NAME
     if not path.exists():
         return None
-    try:
-        content = json.loads(read_text(path))
-        if content.pop("schema") != SCHEMA:
-            raise ValueError("another schema")
-        steps = tuple(_step_record(step) for step in content.pop("steps"))
-        starts = tuple(content.pop("starts", ()))
-        return CampaignRecord(steps=steps, starts=starts, **content)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise BadInput(
-            f"not a record of a campaign ({error})", file=path, remedy="choose another folder with --out"
-        ) from None
-
-
-def _step_record(content: Mapping[str, Any]) -> StepRecord:
-    lists = {"runs": tuple(content["runs"]), "earlier": tuple(content.get("earlier", ()))}
-    return StepRecord(**(dict(content) | lists))
+    remedy = "mend it, or choose another folder with --out"
+    content = json_object(read_text(path), path, remedy=remedy)
+    if (schema := content.pop("schema", None)) != SCHEMA:
+        raise BadInput(f"not a record of a campaign (its schema is {schema!r:.60})", file=path, remedy=remedy)
+    if strange := content.keys() - {one.name for one in fields(CampaignRecord)}:
+        raise BadInput(f"unknown key “{min(strange)}”", file=path, remedy="use the newer bufferstand")
+    return typed(CampaignRecord, content, path, remedy=remedy)
 
 
 def begin_record(

@@ -51,8 +51,8 @@ class FolderWatch:
         if self._changed(NOTES_NAME):
             try:
                 kept = read_notes(self._folder)[-NOTES_SHOWN:]
-            except OSError:
-                kept = ()
+            except (BadInput, OSError) as error:
+                kept, problem = (), problem or str(error)
             notes = [{"utc": n.utc, "text": n.text, "step": n.step, "run": n.run} for n in kept]
         return FolderNews(record, notes, problem)
 

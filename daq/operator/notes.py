@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import json_lines, typed
 
 NOTES_NAME = "notes.jsonl"
 LONGEST = 2000
@@ -74,14 +75,15 @@ def add_note(folder: Path, text: str, *, step: int = 0, run: str = "") -> Note:
 
 
 def read_notes(folder: Path) -> tuple[Note, ...]:
-    """Return the notes of a campaign's folder in their order; a line that is cut off is left out."""
+    """Return the notes of a campaign's folder in their order; a line that is cut off is left out.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read, or a whole line is no note: with its line.
+    """
     path = folder / NOTES_NAME
-    if not path.exists():
-        return ()
-    found: list[Note] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        try:
-            found.append(Note(**json.loads(line)))
-        except (ValueError, TypeError):
-            continue
-    return tuple(found)
+    return tuple(
+        typed(Note, content, path, place=f"line {number}", remedy="mend the line, or take it out")
+        for number, content in json_lines(path)
+    )

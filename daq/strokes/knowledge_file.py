@@ -16,6 +16,7 @@ from typing import Any
 
 from bufferstand.daq.strokes.knowledge import StrokeKnowledge, is_knowledge
 from bufferstand.daq.strokes.stroke_rows import read_strokes
+from bufferstand.foundation.files import NotJson, json_content
 
 NOW_NAME = "strokes-now.json"
 EVERY_S = 1.0
@@ -76,7 +77,7 @@ class StrokeKeeper:
 def learned_in(folder: Path) -> Mapping[str, Any] | None:
     """Return what was learned last in a campaign's folder; None where nothing was."""
     found = [line.get("learned") for line in read_strokes(folder)[-1:]]
-    with suppress(OSError, ValueError):  # there is none, or a loss of power has cut it off
-        found.append(json.loads((folder / NOW_NAME).read_text(encoding="utf-8")))
+    with suppress(OSError, NotJson):  # there is none, or a loss of power has cut it off
+        found.append(json_content((folder / NOW_NAME).read_bytes()))
     whole = [one for one in found if is_knowledge(one)]
     return max(whole, key=lambda one: int(one["cycles"]), default=None)

@@ -9,12 +9,12 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from bufferstand.daq.strokes.cycle_checks import CLOSE_MM, CLOSE_PERCENT, CycleChecks
+from bufferstand.foundation.files import json_lines
 from bufferstand.protocols.campaign_file import StrokeTable
 from bufferstand.protocols.prediction import Sine
 
@@ -231,14 +231,11 @@ def add_strokes(
 
 
 def read_strokes(folder: Path) -> list[dict[str, Any]]:
-    """Return the lines of a campaign's folder; one that is cut off is left out."""
-    path = folder / STROKES_NAME
-    if not path.exists():
-        return []
-    found: list[dict[str, Any]] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        with suppress(ValueError):
-            content = json.loads(line)
-            if isinstance(content, dict):
-                found.append(content)
-    return found
+    """Return the lines of a campaign's folder; one that is cut off is left out.
+
+    Raises
+    ------
+    BadInput
+        If the file cannot be read.
+    """
+    return [content for _, content in json_lines(folder / STROKES_NAME) if isinstance(content, dict)]

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import Zero
-from bufferstand.foundation.settings import load_settings
+from bufferstand.foundation.files import typed_json
+from bufferstand.foundation.settings import load_settings, read_text
 from bufferstand.protocols.campaign_file import ZeroTable
 
 STORED_SUFFIX = ".zero.toml"
@@ -44,10 +45,9 @@ def kept_zero(folder: Path) -> Zero | None:
     path = folder / ZERO_NAME
     if not path.exists():
         return None
-    try:
-        found = Zero.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
-        raise BadInput(f"not a zero of a campaign: {error}", file=path, remedy="take the file away") from None
+    found = typed_json(
+        Zero, read_text(path), path, remedy="take the file away: the campaign touches off then"
+    )
     return found.model_copy(update={"taken_over": True})
 
 

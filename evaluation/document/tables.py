@@ -16,7 +16,7 @@ import orjson
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.catalogue import MAIN, QUANTITIES
-from bufferstand.foundation import BadInput, how_to_add
+from bufferstand.foundation import BadInput, as_cell, how_to_add
 from bufferstand.foundation.files import replaced_whole
 
 if TYPE_CHECKING:  # takes a third of a second, and CSV does without
@@ -126,7 +126,9 @@ def cycle_csv(of_run: OfRun, rows: Iterable[str]) -> Iterator[str]:
 
 def _csv_line(values: Sequence[Any]) -> str:
     line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(values)
+    csv.writer(line, lineterminator="\n").writerow(
+        [as_cell(one) if isinstance(one, str) else one for one in values]
+    )
     return line.getvalue()
 
 
@@ -249,7 +251,9 @@ def write_frames(frames: Mapping[str, pd.DataFrame], path: Path) -> None:
     first = next(iter(frames.values()))
     with replaced_whole(path) as place:
         if suffix == ".csv":
-            first.to_csv(place, index=False, encoding="utf-8")
+            texts = first.select_dtypes(exclude=["number", "bool"]).columns
+            safe = {name: first[name].map(_for_csv) for name in texts}
+            first.assign(**safe).to_csv(place, index=False, encoding="utf-8")
         elif suffix == ".parquet":
             first.to_parquet(place, index=False)
         else:
@@ -284,6 +288,10 @@ def _keep_texts(sheet: Any, position: int) -> None:
     for (cell,) in sheet.iter_rows(2, None, position, position):
         if cell.data_type == "f":
             cell.data_type = "s"
+
+
+def _for_csv(value: Any) -> Any:
+    return as_cell(value) if isinstance(value, str) else value
 
 
 def _fit_for_excel(text: Any) -> Any:

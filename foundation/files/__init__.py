@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from bufferstand.foundation.files.json_text import (
         NotJson,
         json_content,
+        json_lines,
         json_object,
     )
     from bufferstand.foundation.files.names import (
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
         out_of_form,
         too_deep,
     )
+    from bufferstand.foundation.files.typed_content import (
+        typed,
+        typed_json,
+    )
 
 __all__ = [
     "DEEPEST",
@@ -43,11 +48,14 @@ __all__ = [
     "content_hash",
     "file_hash",
     "json_content",
+    "json_lines",
     "json_object",
     "out_of_form",
     "readable",
     "replaced_whole",
     "too_deep",
+    "typed",
+    "typed_json",
     "write_text",
 ]
 

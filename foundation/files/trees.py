@@ -26,7 +26,9 @@ class OutOfForm:
     remedy: str
 
 
-def out_of_form(content: Any, most_values: int = MOST_VALUES, *, finite: bool = True) -> OutOfForm | None:
+def out_of_form(
+    content: Any, most_values: int = MOST_VALUES, *, finite: bool = True, largest: float = math.inf
+) -> OutOfForm | None:
     """Return the first thing in a document that is out of bounds; None where all is well.
 
     Parameters
@@ -37,6 +39,8 @@ def out_of_form(content: Any, most_values: int = MOST_VALUES, *, finite: bool = 
         Values, tables and lists that it may hold.
     finite : bool
         Whether infinite numbers and NaN are out of form, as in JSON.
+    largest : float
+        Greatest amount of a number.
     """
     waiting: list[tuple[Path, Any]] = [((), content)]
     count = 0
@@ -55,8 +59,11 @@ def out_of_form(content: Any, most_values: int = MOST_VALUES, *, finite: bool = 
         elif isinstance(value, int):
             if not -LARGEST_WHOLE <= value < LARGEST_WHOLE:
                 return OutOfForm(path, "a whole number of more than 64 bits", "write a smaller number")
-        elif finite and isinstance(value, float) and not math.isfinite(value):
-            return OutOfForm(path, f"{value} is no finite number", "write a number")
+        elif isinstance(value, float):
+            if finite and not math.isfinite(value):
+                return OutOfForm(path, f"{value} is no finite number", "write a number")
+            if abs(value) > largest:
+                return OutOfForm(path, f"{value:g} is too large", f"write a number up to {largest:g}")
     return None
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterable
 from typing import Any
 
+from bufferstand.foundation import has_controls
 from bufferstand.foundation.files import DEEPEST, TOO_MANY_DIGITS, out_of_form, too_deep
 
 LONGEST_SETTINGS = 1 << 20
@@ -58,4 +60,21 @@ def toml_content(text: str) -> dict[str, Any]:
         raise NotToml(*TOO_MANY_DIGITS) from None
     if (wrong := out_of_form(content, MOST_SETTINGS, finite=False)) is not None:
         raise NotToml(wrong.problem, wrong.remedy, wrong.path)
+    if (path := _with_controls(content)) is not None:
+        raise NotToml("a text with control characters", "write it without escape sequences", path)
     return content
+
+
+def _with_controls(content: Any, path: tuple[str | int, ...] = ()) -> tuple[str | int, ...] | None:
+    """Return where the first text lies that a terminal would obey; None where there is none."""
+    if isinstance(content, str):
+        return path if has_controls(content) else None
+    if isinstance(content, dict):
+        if any(map(has_controls, content)):
+            return path or ("(key)",)
+        parts: Iterable[tuple[str | int, Any]] = content.items()
+    else:
+        parts = enumerate(content) if isinstance(content, list) else ()
+    return next(
+        (found for key, one in parts if (found := _with_controls(one, (*path, key))) is not None), None
+    )

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.foundation import as_cell
 from bufferstand.foundation.files import write_text
 from bufferstand.model.export.losses import FANCHER, TABLES
 from bufferstand.model.spring import SpringModel
@@ -135,7 +136,7 @@ def _head(model: SpringModel, title: str, lost: Sequence[str]) -> list[str]:
     sense = "extension" if model.sense == "extension" else "compression"
     stop = model.curves.stop_stiffness_kN_per_mm
     return [
-        f"# {model.name}: {title}",
+        as_cell(f"# {' '.join(model.name.split())}: {title}"),
         f"# Loading ({sense}) positive, stroke 0 is first contact; stop beyond the tables: {stop:g} kN/mm",
         *(f"# Lost: {sentence}" for sentence in lost),
     ]
