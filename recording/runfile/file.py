@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
 from bufferstand.recording.content import Anchor, Event, StreamContent
+from bufferstand.recording.runfile.column_checks import check_columns
 from bufferstand.recording.runfile.content_checks import ContentFault, stated_faults
 from bufferstand.recording.runfile.document_format import (
     FORMAT,
@@ -230,16 +231,22 @@ def content_faults(path: Path) -> list[ContentFault]:
     BadInput
         If it cannot be opened, is no run file, or one of a newer format, or it holds what no run file does.
     """
-    seen = looked_into(path, numbers=False)
-    stated = [ContentFault("fault", place, what) for place, what in seen.faults]
-    return stated + _document_faults(seen.text, path)
+    seen = looked_into(path)
+    faults = [ContentFault("fault", place, what) for place, what in seen.faults]
+    try:
+        if not faults:
+            _run(seen.reader, parsed_document(seen.text, path))
+    except BadInput as error:
+        faults.append(ContentFault("fault", error.place, error.problem))
+    return faults
 
 
 def open_run(path: Path) -> Run:
     """Open a run file for evaluation, after making sure that it is whole and unaltered.
 
-    That is so if the hashes of the metadata document and of every dataset are right, and it holds nothing
-    else; its bytes may be others than those that were sealed (it was repacked then).
+    That is so if :func:`content_faults` finds nothing: the hashes of the metadata document and of every
+    dataset are right, and it holds nothing else. Its bytes may be others than those that were sealed (it was
+    repacked then).
 
     Raises
     ------
@@ -252,45 +259,15 @@ def open_run(path: Path) -> Run:
     return _run(seen.reader, parsed_document(seen.text, path))
 
 
-def _document_faults(text: bytes, path: Path) -> list[ContentFault]:
-    try:
-        check_document(parsed_document(text, path), path)
-    except BadInput as error:
-        return [ContentFault("fault", error.place, error.problem)]
-    return []
-
-
 def _faults_of_own(path: Path) -> list[ContentFault]:
     """Return what is wrong with the content of a file that this process has written itself, and just now."""
     with open_tree(path) as tree:
         text = document_text(tree, path)
-        return stated_faults(datasets_of(tree, path), text, path) + _document_faults(text, path)
+        return stated_faults(datasets_of(tree, path), text, path)
 
 
 def _run(reader: DatasetReader, document: dict[str, Any]) -> Run:
     heads = check_document(document, reader.path)
     facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
-    streams = {
-        name: StreamData(reader, head, facts)
-        for name, head in heads.items()
-        if f"{ENTRY}/{name}/segments" in facts
-    }
-    for stream in streams.values():
-        _check_datasets(stream, facts, reader.path)
-    return Run(reader, document, streams)
-
-
-def _check_datasets(stream: StreamData, facts: Mapping[str, Any], path: Path) -> None:
-    """Refuse a stream whose document names no dataset, or one in a unit that is none."""
-    for wanted in (*stream.channels, stream.time_name):
-        place = f"{ENTRY}/{stream.name}/{wanted}"
-        if place not in facts:
-            raise BadInput("the dataset is missing", file=path, place=place, remedy=RESTORE)
-        if not facts[place].get("units"):
-            raise BadInput("the dataset has no unit", file=path, place=place, remedy=RESTORE)
-    place = f"{ENTRY}/{stream.name}/{stream.time_name}"
-    unit = "s" if stream.time_name == "time_s" else "us"
-    if facts[place]["units"] != unit:
-        raise BadInput(
-            f"time stamps are in “{facts[place]['units']}” instead of “{unit}”", file=path, place=place
-        )
+    there = check_columns(heads, facts, reader)
+    return Run(reader, document, {name: StreamData(reader, heads[name], facts) for name in there})

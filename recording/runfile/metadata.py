@@ -13,6 +13,7 @@ from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import CHANNEL_UNITS, Channel
 from bufferstand.foundation.files import canonical_json
 from bufferstand.recording.runfile.document_format import check_format
+from bufferstand.recording.runfile.document_types import wrong_fact
 
 KINDS = ("static", "harmonic", "impact", "proof")
 STATUSES = ("complete", "stopped", "failed", "recovered", "imported")
@@ -50,6 +51,8 @@ def check_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamH
             )
     if not isinstance(run.get("id"), str) or not run["id"]:
         raise BadInput("the run has no id", file=file, place="metadata: run.id")
+    if wrong := wrong_fact(document):
+        raise BadInput(wrong[1], file=file, place=f"metadata: {wrong[0]}")
     streams = document.get("streams")
     if not isinstance(streams, Mapping):
         raise BadInput("the table “streams” is missing", file=file, place="metadata: streams")

@@ -321,6 +321,10 @@ class DatasetReader:
         self.path = path
         self._stamp, self._columns, self._kept = stamp, columns, kept
 
+    def form(self, place: str) -> tuple[str, tuple[int, ...]] | None:
+        """Return type and shape of a dataset; None if there is none."""
+        return self._columns.get(place)
+
     def column(self, place: str, rows: slice = _ALL) -> NDArray[Any]:
         """Return a dataset, or some rows of it that follow each other.
 
