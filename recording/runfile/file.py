@@ -202,6 +202,19 @@ def read_metadata(path: Path) -> dict[str, Any]:
     Raises
     ------
     BadInput
+        If it is no run file, of a newer format, or its document is altered or not of the types of the format.
+    """
+    document = metadata_as_stated(path)
+    check_document(document, path)
+    return document
+
+
+def metadata_as_stated(path: Path) -> dict[str, Any]:
+    """Return the metadata document as :func:`read_metadata`, whatever the types of its facts: for lists.
+
+    Raises
+    ------
+    BadInput
         If it is no run file, of a newer format, or its document is altered.
     """
     document = parsed_document(stored_document(path), path)

@@ -60,8 +60,8 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[ErrorCodes, ...]]:
     for channel in seen.all:
         if channel.time_s.size - coded[channel.name].size < _LEAST:
             raise BadInput(
-                f"{coded[channel.name].size} of its {channel.time_s.size} samples are codes in the place of a "
-                "reading",
+                f"{coded[channel.name].size} of its {channel.time_s.size} samples are codes in the place of "
+                "a reading",
                 place=f"channel {channel.name}",
                 remedy="look at the sensor and its cable, and record the test again",
             )
