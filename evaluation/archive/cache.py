@@ -17,7 +17,7 @@ from bufferstand.evaluation.archive.stored_run import RequestedParts, StoredRun
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import readable
 from bufferstand.recording.finding import STAMP_COLUMNS, CacheFile, Stamp, check_sum
-from bufferstand.recording.runfile import file_is_as_sealed, read_metadata
+from bufferstand.recording.runfile import checked_content
 
 FILE_NAME = "evaluations-3.sqlite"
 KEPT_DAYS = 90
@@ -153,6 +153,6 @@ def _name(path: Path) -> str:
 
 def _content_if_whole(path: Path) -> str | None:
     try:
-        return str(read_metadata(path)["content_sha256"]) if file_is_as_sealed(path) else None
+        return checked_content(path)
     except (BadInput, OSError):
         return None

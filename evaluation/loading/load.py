@@ -31,7 +31,7 @@ from bufferstand.foundation import BadInput, Kind, Purpose, to_inside
 from bufferstand.foundation.channels import STROKE_CHANNELS, Channel, ChannelUncertainty, tilt_of_strokes
 from bufferstand.foundation.files import readable
 from bufferstand.recording import MAIN_STREAM
-from bufferstand.recording.runfile import Run, Series, opened_run, simulated_of
+from bufferstand.recording.runfile import Run, Series, open_run, simulated_of
 
 _EMPTY: FloatArray = np.zeros(0)
 _LOOKED_AT = 4096
@@ -57,8 +57,7 @@ def load_run(path: Path, bounds: MemoryBounds | None = None) -> tuple[Record, Ru
     BadInput
         If it is no run file, is damaged, or lacks force or stroke.
     """
-    with opened_run(path) as run:
-        return _read(run, bounds or MemoryBounds())
+    return _read(open_run(path), bounds or MemoryBounds())
 
 
 def _read(run: Run, bounds: MemoryBounds) -> tuple[Record, RunFacts]:

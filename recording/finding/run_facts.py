@@ -12,7 +12,7 @@ from typing import Any
 from bufferstand.foundation import BadInput
 from bufferstand.recording.finding.files import files_below, is_there
 from bufferstand.recording.journal import JOURNAL_SUFFIX
-from bufferstand.recording.runfile import read_metadata, simulated_of
+from bufferstand.recording.runfile import metadata_as_stated, simulated_of
 from bufferstand.recording.sealing import DAMAGED_SUFFIX, RUN_SUFFIX
 
 
@@ -116,7 +116,7 @@ def list_runs(path: Path) -> list[RunFileFacts]:
 def facts_of(path: Path) -> RunFileFacts:
     """Return the facts of one file; never raises for what is in it."""
     try:
-        document = read_metadata(path)
+        document = metadata_as_stated(path)
     except (BadInput, OSError) as error:
         return RunFileFacts(path, problem=_why_unreadable(path, error))
     run = _table(document, "run")

@@ -5,22 +5,19 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.recording.runfile.checks_in_subprocess import (
-        content_faults_apart,
-    )
-    from bufferstand.recording.runfile.content_checks import (
-        ContentFault,
-        content_faults,
-    )
+    from bufferstand.recording.runfile.content_checks import ContentFault
     from bufferstand.recording.runfile.data_frames import (
         to_dataset,
         to_frame,
     )
+    from bufferstand.recording.runfile.document_format import FORMAT, FORMAT_VERSION
     from bufferstand.recording.runfile.file import (
         TEMPORARY_SUFFIX,
+        checked_content,
+        content_faults,
         fitting_heads,
+        metadata_as_stated,
         open_run,
-        opened_run,
         read_metadata,
         write_columns,
         write_run,
@@ -36,17 +33,9 @@ if TYPE_CHECKING:
         stream_columns,
     )
     from bufferstand.recording.runfile.metadata import (
-        FORMAT,
-        FORMAT_VERSION,
         KINDS,
         STATUSES,
         check_new_document,
-    )
-    from bufferstand.recording.runfile.reading import (
-        column_blocks,
-        open_tree,
-        read_column,
-        read_document,
     )
     from bufferstand.recording.runfile.run import (
         Run,
@@ -60,6 +49,7 @@ if TYPE_CHECKING:
         SPEED_KEY,
         simulated_of,
     )
+    from bufferstand.recording.runfile.stream import StreamData
 
 __all__ = [
     "ENTRY",
@@ -77,20 +67,17 @@ __all__ = [
     "Run",
     "RunEvent",
     "Series",
+    "StreamData",
     "Widths",
     "check_new_document",
-    "column_blocks",
+    "checked_content",
     "content_faults",
-    "content_faults_apart",
     "file_is_as_sealed",
     "fitting_heads",
     "item_values",
     "mean_stroke",
+    "metadata_as_stated",
     "open_run",
-    "open_tree",
-    "opened_run",
-    "read_column",
-    "read_document",
     "read_metadata",
     "segment_rows",
     "simulated_of",

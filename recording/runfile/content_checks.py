@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import h5py
-import numpy as np
+from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
-from bufferstand.recording.runfile.metadata import check_document, check_format, is_unaltered
-from bufferstand.recording.runfile.reading import column_blocks, open_tree, read_document
+from bufferstand.recording.runfile.document_format import check_format, is_unaltered
+from bufferstand.recording.runfile.reading import blocks_of, parsed_document, refuse_other_facts
+from bufferstand.recording.runfile.structure import StoredDataset
+
+Took = Callable[[str, NDArray[Any]], None]
+"""Is given the place of a dataset and its next rows."""
 
 
 @dataclass(frozen=True)
@@ -29,43 +32,56 @@ class ContentFault:
     text: str
 
 
-def content_faults(path: Path) -> list[ContentFault]:
-    """Compare the metadata document and every dataset with their hashes; independent of the file's bytes.
+def stated_faults(
+    datasets: Mapping[str, StoredDataset], text: bytes, path: Path, took: Took | None = None
+) -> list[ContentFault]:
+    """Compare the metadata document and every dataset with the hashes that the document states.
+
+    Parameters
+    ----------
+    datasets : mapping of str to StoredDataset
+        All datasets of the file, by place.
+    text : bytes
+        Its metadata document.
+    path : Path
+    took : callable, optional
+        What else reads the numbers.
 
     Raises
     ------
     BadInput
-        If it cannot be opened, or is no run file or one of a newer format.
+        If the document is none of a run, or of a newer format.
     """
-    with open_tree(path) as tree:
-        document = read_document(tree, path)
-        check_format(document, path)
-        faults = []
-        if not is_unaltered(document):
-            faults.append(ContentFault("fault", "metadata", "the metadata were altered"))
-        datasets = document.get("datasets")
-        if not isinstance(datasets, dict):
-            return [*faults, ContentFault("fault", "metadata: datasets", "the list of datasets is missing")]
-        for place, facts in datasets.items():
-            faults += _dataset_faults(tree, path, place, facts)
-        present: list[str] = []
-        tree.visititems(lambda name, item: present.append(name) if isinstance(item, h5py.Dataset) else None)
-        faults += [
-            ContentFault("fault", name, "a dataset that was not sealed with the rest")
-            for name in sorted(set(present) - set(datasets))
-        ]
-        try:
-            check_document(document, path)
-        except BadInput as error:
-            faults.append(ContentFault("fault", error.place, error.problem))
-    return faults
+    document = parsed_document(text, path)
+    check_format(document, path)
+    faults = []
+    if not is_unaltered(document):
+        faults.append(ContentFault("fault", "metadata", "the metadata were altered"))
+    stated = document.get("datasets")
+    if not isinstance(stated, dict):
+        return [*faults, ContentFault("fault", "metadata: datasets", "the list of datasets is missing")]
+    for place, facts in stated.items():
+        faults += _faults_of(datasets.get(place), facts, path, place, took)
+    return faults + [
+        ContentFault("fault", place, "a dataset that was not sealed with the rest")
+        for place in sorted(set(datasets) - set(stated))
+    ]
 
 
-def _dataset_faults(tree: Any, path: Path, place: str, facts: Mapping[str, Any]) -> list[ContentFault]:
+def _faults_of(
+    dataset: StoredDataset | None, facts: Any, path: Path, place: str, took: Took | None
+) -> list[ContentFault]:
+    if dataset is None:
+        return [ContentFault("fault", place, "the dataset is missing")]
+    if not isinstance(facts, Mapping):
+        return [ContentFault("fault", place, "the metadata say nothing of the dataset")]
     digest = hashlib.sha256()
     try:
-        for block in column_blocks(tree, path, place, facts):
-            digest.update(np.ascontiguousarray(block).data)
+        refuse_other_facts(dataset, facts, path, place)
+        for block in blocks_of(dataset, path, place):
+            digest.update(block.data)
+            if took is not None:
+                took(place, block)
     except BadInput as error:
         return [ContentFault("fault", place, error.problem)]
     if digest.hexdigest() != facts.get("sha256"):

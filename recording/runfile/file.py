@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,14 @@ from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
 from bufferstand.recording.content import Anchor, Event, StreamContent
-from bufferstand.recording.runfile.checks_in_subprocess import content_faults_apart
-from bufferstand.recording.runfile.content_checks import content_faults
+from bufferstand.recording.runfile.column_checks import check_columns
+from bufferstand.recording.runfile.content_checks import ContentFault, stated_faults
+from bufferstand.recording.runfile.document_format import (
+    FORMAT,
+    FORMAT_VERSION,
+    check_format,
+    is_unaltered,
+)
 from bufferstand.recording.runfile.hdf5_file import TreeFile
 from bufferstand.recording.runfile.layout import (
     ENTRY,
@@ -26,17 +31,20 @@ from bufferstand.recording.runfile.layout import (
     user_block,
 )
 from bufferstand.recording.runfile.metadata import (
-    FORMAT,
-    FORMAT_VERSION,
     StreamHead,
     check_document,
-    check_format,
     check_new_document,
-    is_unaltered,
 )
-from bufferstand.recording.runfile.reading import RESTORE, DatasetReader
+from bufferstand.recording.runfile.reading import document_text, open_tree, parsed_document
+from bufferstand.recording.runfile.reading_apart import (
+    RESTORE,
+    DatasetReader,
+    looked_into,
+    stored_document,
+)
 from bufferstand.recording.runfile.run import Run, Series
 from bufferstand.recording.runfile.stream import StreamData
+from bufferstand.recording.runfile.structure import datasets_of
 from bufferstand.recording.whole_files import give_final_name
 
 __all__ = [
@@ -46,7 +54,6 @@ __all__ = [
     "Series",
     "StreamData",
     "open_run",
-    "opened_run",
     "read_metadata",
     "write_run",
 ]
@@ -142,7 +149,7 @@ def write_columns(
         file.keep(user_block(temporary))
     if not file_is_as_sealed(temporary):
         raise OSError(f"{temporary}: what was written cannot be read back (its bytes differ)")
-    if faults := content_faults(temporary):
+    if faults := _faults_of_own(temporary):
         raise OSError(f"{temporary}: what was written cannot be read back ({faults[0].text})")
     give_final_name(temporary, path)
     return path
@@ -195,88 +202,85 @@ def read_metadata(path: Path) -> dict[str, Any]:
     Raises
     ------
     BadInput
+        If it is no run file, of a newer format, or its document is altered or not of the types of the format.
+    """
+    document = metadata_as_stated(path)
+    check_document(document, path)
+    return document
+
+
+def metadata_as_stated(path: Path) -> dict[str, Any]:
+    """Return the metadata document as :func:`read_metadata`, whatever the types of its facts: for lists.
+
+    Raises
+    ------
+    BadInput
         If it is no run file, of a newer format, or its document is altered.
     """
-    return _unaltered_document(DatasetReader(path))
+    document = parsed_document(stored_document(path), path)
+    check_format(document, path)
+    if not is_unaltered(document):
+        raise BadInput("the metadata were altered", file=path, place="metadata", remedy=RESTORE)
+    return document
+
+
+def checked_content(path: Path) -> str | None:
+    """Return the hash of the content of a run file that can be evaluated; None of one that cannot.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or is no run file.
+    """
+    seen = looked_into(path, numbers=False)
+    return None if seen.faults else str(parsed_document(seen.text, path)["content_sha256"])
+
+
+def content_faults(path: Path) -> list[ContentFault]:
+    """Return all that is wrong with the content of a run file, whatever its bytes are.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be opened, is no run file, or one of a newer format, or it holds what no run file does.
+    """
+    seen = looked_into(path)
+    faults = [ContentFault("fault", place, what) for place, what in seen.faults]
+    try:
+        if not faults:
+            _run(seen.reader, parsed_document(seen.text, path))
+    except BadInput as error:
+        faults.append(ContentFault("fault", error.place, error.problem))
+    return faults
 
 
 def open_run(path: Path) -> Run:
     """Open a run file for evaluation, after making sure that it is whole and unaltered.
 
-    That is so if all its bytes are those that were sealed, or, for a file that was repacked, if the hashes
-    of the metadata document and of every dataset are right.
+    That is so if :func:`content_faults` finds nothing: the hashes of the metadata document and of every
+    dataset are right, and it holds nothing else. Its bytes may be others than those that were sealed (it was
+    repacked then).
 
     Raises
     ------
     BadInput
         If it is no run file, of a newer format, damaged, or a unit is missing or wrong.
     """
-    with opened_run(path) as run:
-        return run
+    seen = looked_into(path)
+    for place, what in seen.faults:
+        raise BadInput(what, file=path, place=place, remedy=RESTORE)
+    return _run(seen.reader, parsed_document(seen.text, path))
 
 
-@contextmanager
-def opened_run(path: Path) -> Iterator[Run]:
-    """Open a run file as :func:`open_run`, and keep it open in a ``with`` block.
-
-    Raises
-    ------
-    BadInput
-        As :func:`open_run`.
-    """
-    whole = path.is_file() and file_is_as_sealed(path)
-    if not whole:
-        _refuse_faulty(path)
-    reader = DatasetReader(path, sealed=whole)
-    with reader.held():
-        yield _run(reader, _document(reader) if whole else _unaltered_document(reader))
-
-
-def _document(reader: DatasetReader) -> dict[str, Any]:
-    """Return the metadata document, of a format that is understood."""
-    document = reader.document()
-    check_format(document, reader.path)
-    return document
-
-
-def _unaltered_document(reader: DatasetReader) -> dict[str, Any]:
-    """Return the metadata document of any file, if it is the one whose hash it states."""
-    document = _document(reader)
-    if not is_unaltered(document):
-        raise BadInput("the metadata were altered", file=reader.path, place="metadata", remedy=RESTORE)
-    return document
-
-
-def _refuse_faulty(path: Path) -> None:
-    """Refuse a file whose bytes are others, unless all that they hold is right: it was repacked then."""
-    if faults := content_faults_apart(path):
-        raise BadInput(faults[0].text, file=path, place=faults[0].place, remedy=RESTORE)
+def _faults_of_own(path: Path) -> list[ContentFault]:
+    """Return what is wrong with the content of a file that this process has written itself, and just now."""
+    with open_tree(path) as tree:
+        text = document_text(tree, path)
+        return stated_faults(datasets_of(tree, path), text, path)
 
 
 def _run(reader: DatasetReader, document: dict[str, Any]) -> Run:
     heads = check_document(document, reader.path)
     facts: Mapping[str, Mapping[str, Any]] = document["datasets"]
-    streams = {
-        name: StreamData(reader, head, facts)
-        for name, head in heads.items()
-        if f"{ENTRY}/{name}/segments" in facts
-    }
-    for stream in streams.values():
-        _check_datasets(stream, facts, reader.path)
-    return Run(reader, document, streams)
-
-
-def _check_datasets(stream: StreamData, facts: Mapping[str, Any], path: Path) -> None:
-    """Refuse a stream whose document names no dataset, or one in a unit that is none."""
-    for wanted in (*stream.channels, stream.time_name):
-        place = f"{ENTRY}/{stream.name}/{wanted}"
-        if place not in facts:
-            raise BadInput("the dataset is missing", file=path, place=place, remedy=RESTORE)
-        if not facts[place].get("units"):
-            raise BadInput("the dataset has no unit", file=path, place=place, remedy=RESTORE)
-    place = f"{ENTRY}/{stream.name}/{stream.time_name}"
-    unit = "s" if stream.time_name == "time_s" else "us"
-    if facts[place]["units"] != unit:
-        raise BadInput(
-            f"time stamps are in “{facts[place]['units']}” instead of “{unit}”", file=path, place=place
-        )
+    there = check_columns(heads, facts, reader)
+    return Run(reader, document, {name: StreamData(reader, heads[name], facts) for name in there})

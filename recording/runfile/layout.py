@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import canonical_json
 from bufferstand.recording.content import Anchor, Event, Segment
+from bufferstand.recording.runfile.document_format import FORMAT, FORMAT_VERSION, content_hash_of
 from bufferstand.recording.runfile.hdf5_file import TreeFile
-from bufferstand.recording.runfile.metadata import FORMAT, FORMAT_VERSION, StreamHead, content_hash_of
+from bufferstand.recording.runfile.metadata import StreamHead
 
 USER_BLOCK_BYTES = 512
 CHUNK_ROWS = 131_072

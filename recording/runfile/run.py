@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,8 +17,8 @@ from bufferstand.foundation.files import content_hash
 from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
 from bufferstand.recording.runfile.clock_map import ClockMap
 from bufferstand.recording.runfile.layout import ENTRY
-from bufferstand.recording.runfile.reading import DatasetReader
-from bufferstand.recording.runfile.stream import Columns, StreamData
+from bufferstand.recording.runfile.reading_apart import DatasetReader
+from bufferstand.recording.runfile.stream import StreamData
 
 _KEPT_ROWS = 1_000_000
 """Calibrated channels of no more rows are kept once made: they are asked for several times."""
@@ -66,24 +65,11 @@ class Run:
         self._series: dict[str, Series] = {}
         self._true_s: dict[tuple[str, float], NDArray[np.float64]] = {}
 
-    def held_open(self) -> AbstractContextManager[None]:
-        """Keep the file open in a ``with`` block in which several datasets are read.
-
-        Raises
-        ------
-        BadInput
-            If it cannot be opened any more.
-        """
-        return self._reader.held()
-
     def _rows(self, group: str, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
         return zip(*[values.tolist() for values in self._columns(group, names)], strict=True)
 
     def _columns(self, group: str, names: Sequence[str]) -> list[NDArray[Any]]:
-        facts = self.metadata["datasets"]
-        columns = Columns(self._reader, {name: f"{ENTRY}/{group}/{name}" for name in names}, facts)
-        with self.held_open():
-            return [columns[name] for name in names]
+        return [self._reader.column(f"{ENTRY}/{group}/{name}") for name in names]
 
     @cached_property
     def anchors(self) -> tuple[Anchor, ...]:
@@ -255,9 +241,8 @@ class Run:
         branches = {name: Branch() for name in channels}
         for first in range(0, stream.rows, rows):
             part = slice(first, min(first + rows, stream.rows))
-            with self.held_open():
-                time_s = self._on_run_time_s(stream, stream.stamps(part))
-                counts = {name: stream.counts.rows(name, part) for name in channels}
+            time_s = self._on_run_time_s(stream, stream.stamps(part))
+            counts = {name: stream.counts.rows(name, part) for name in channels}
             yield {
                 name: _calibrated(
                     stream.channels[name],

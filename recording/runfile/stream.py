@@ -13,22 +13,19 @@ from bufferstand.foundation.channels import Channel
 from bufferstand.recording.content import MICROSECOND_S, Segment
 from bufferstand.recording.runfile.layout import ENTRY
 from bufferstand.recording.runfile.metadata import StreamHead
-from bufferstand.recording.runfile.reading import DatasetReader
+from bufferstand.recording.runfile.reading_apart import DatasetReader
 
 
 class Columns(Mapping[str, NDArray[Any]]):
     """Datasets of one group, each read when it is first asked for."""
 
-    def __init__(
-        self, reader: DatasetReader, places: Mapping[str, str], facts: Mapping[str, Mapping[str, Any]]
-    ) -> None:
-        self._reader, self._places, self._facts = reader, dict(places), facts
+    def __init__(self, reader: DatasetReader, places: Mapping[str, str]) -> None:
+        self._reader, self._places = reader, dict(places)
         self._read: dict[str, NDArray[Any]] = {}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._read:
-            place = self._places[name]
-            values = self._reader.column(place, self._facts[place])
+            values = self._reader.column(self._places[name])
             values.setflags(write=False)
             self._read[name] = values
         return self._read[name]
@@ -43,8 +40,7 @@ class Columns(Mapping[str, NDArray[Any]]):
         """
         if name in self._read:
             return self._read[name][rows]
-        place = self._places[name]
-        return self._reader.column(place, self._facts[place], rows)
+        return self._reader.column(self._places[name], rows)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
@@ -73,8 +69,8 @@ class StreamData:
         self.time_name = "time_s" if f"{place}/time_s" in facts else "time_us"
         """Which of the two the time stamps are."""
         self.rows = int(facts.get(f"{place}/{self.time_name}", {}).get("rows", 0))
-        self._columns = Columns(reader, {n: f"{place}/{n}" for n in (self.time_name, "segments")}, facts)
-        self.counts = Columns(reader, {name: f"{place}/{name}" for name in self.channels}, facts)
+        self._columns = Columns(reader, {n: f"{place}/{n}" for n in (self.time_name, "segments")})
+        self.counts = Columns(reader, {name: f"{place}/{name}" for name in self.channels})
         """Raw numbers by channel, shape (n,) each; read when asked for."""
 
     @property

@@ -2,32 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bufferstand.foundation import BadInput
-from bufferstand.recording.content import MAIN_STREAM, Segment, gaps_of
+from bufferstand.recording.content import MAIN_STREAM
 from bufferstand.recording.runfile import (
     ENTRY,
     ContentFault,
-    column_blocks,
+    StreamData,
     content_faults,
-    content_faults_apart,
     file_is_as_sealed,
-    open_tree,
-    read_column,
-    read_document,
+    open_run,
 )
 from bufferstand.recording.sealing.journal_outline import outline
 
 __all__ = ["ContentFault", "recording_notes", "verify", "verify_journal"]
 
+_ROWS_AT_ONCE = 1_000_000
+
 
 def verify(path: Path) -> list[ContentFault]:
     """Check a run file completely; no findings means that it is whole, unaltered and without gaps.
+
+    What is evaluated passed the same checks of its content (:func:`bufferstand.recording.runfile.open_run`).
 
     Raises
     ------
@@ -36,12 +35,12 @@ def verify(path: Path) -> list[ContentFault]:
     """
     whole = file_is_as_sealed(path)
     try:
-        if not whole:
-            altered = "its bytes are not those that were sealed: damaged, altered or repacked"
-            return [*content_faults_apart(path), ContentFault("fault", "file", altered)]
-        return content_faults(path) or recording_notes(path)
+        if whole:
+            return content_faults(path) or recording_notes(path)
+        altered = "its bytes are not those that were sealed: damaged, altered or repacked"
+        return [*content_faults(path), ContentFault("fault", "file", altered)]
     except BadInput as error:
-        if whole or "newer" in error.problem or "not a run file" in error.problem:
+        if "newer" in error.problem or "not a run file" in error.problem:
             raise
         return [ContentFault("fault", error.place or "file", error.problem)]
 
@@ -76,44 +75,40 @@ def recording_notes(path: Path) -> list[ContentFault]:
     BadInput
         If it is no readable run file.
     """
-    with open_tree(path) as tree:
-        document = read_document(tree, path)
-        run = document["run"]
-        notes = []
-        if run["status"] not in ("complete", "imported"):
-            reason = f": {run['reason']}" if run.get("reason") else ""
-            notes.append(ContentFault("note", "run", f"{run['status']}{reason}"))
-        notes += [
-            ContentFault("note", "original", str(finding))
-            for finding in (document.get("original") or {}).get("findings", [])
-        ]
-        for name in document["streams"]:
-            place = f"{ENTRY}/{name}/segments"
-            if place not in document["datasets"]:
-                notes.append(ContentFault("note", f"{ENTRY}/{name}", "not one sample was recorded"))
-                continue
-            rows = read_column(tree, path, place, document["datasets"][place])
-            gaps = gaps_of([Segment(*(int(v) for v in row)) for row in rows])
-            if gaps:
-                lost = sum(count for _, count in gaps)
-                text = f"{len(gaps)} gap(s), {lost} sample(s) lost; the first after row {gaps[0][0]}"
-                notes.append(ContentFault("note", f"{ENTRY}/{name}", text))
-            notes += _time_notes(tree, path, name, document["datasets"])
+    run = open_run(path)
+    notes = []
+    if run.status not in ("complete", "imported"):
+        reason = f": {run.reason}" if run.reason else ""
+        notes.append(ContentFault("note", "run", f"{run.status}{reason}"))
+    notes += [
+        ContentFault("note", "original", str(finding))
+        for finding in (run.metadata.get("original") or {}).get("findings", [])
+    ]
+    for name in run.metadata["streams"]:
+        if name not in run.streams:
+            notes.append(ContentFault("note", f"{ENTRY}/{name}", "not one sample was recorded"))
+            continue
+        if gaps := run.gaps(name):
+            lost = sum(count for _, count in gaps)
+            text = f"{len(gaps)} gap(s), {lost} sample(s) lost; the first after row {gaps[0][0]}"
+            notes.append(ContentFault("note", f"{ENTRY}/{name}", text))
+        notes += _time_notes(run.streams[name])
     return notes
 
 
-def _time_notes(tree: Any, path: Path, name: str, datasets: Mapping[str, Any]) -> list[ContentFault]:
-    place = f"{ENTRY}/{name}/time_us"
-    if place not in datasets:
+def _time_notes(stream: StreamData) -> list[ContentFault]:
+    if stream.time_name != "time_us":
         return []  # of an imported record: among the findings of the import
-    count, first, row, last = 0, 0, 0, None
-    for block in column_blocks(tree, path, place, datasets[place]):
+    count, first, last = 0, 0, None
+    for row in range(0, stream.rows, _ROWS_AT_ONCE):
+        block = stream.stamps(slice(row, row + _ROWS_AT_ONCE))
         stamps = block if last is None else np.concatenate([last, block])
         stuck = np.flatnonzero(np.diff(stamps) <= 0)
         if len(stuck) and not count:
             first = row + int(stuck[0]) - (last is not None)
         count += len(stuck)
-        row, last = row + len(block), block[-1:]
+        last = block[-1:]
     if not count:
         return []
+    place = f"{ENTRY}/{stream.name}/{stream.time_name}"
     return [ContentFault("note", place, f"{count} time stamp(s) do not advance, the first after row {first}")]

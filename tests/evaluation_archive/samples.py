@@ -28,16 +28,16 @@ LONG_S = 120.0
 """No wait takes so long but that of a test that fails."""
 
 _POISON = """
-import os, signal
-import h5py
+import os, pathlib, signal
 
-class Poisoned(h5py.File):
-    def __init__(self, name, *args, **kwargs):
-        if "poison" in str(name):
-            os.kill(os.getpid(), signal.SIGKILL)
-        super().__init__(name, *args, **kwargs)
+opened = pathlib.Path.open
 
-h5py.File = Poisoned
+def poisoned(path, *args, **kwargs):
+    if "poison" in path.name:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return opened(path, *args, **kwargs)
+
+pathlib.Path.open = poisoned
 """
 
 _SLOW = """

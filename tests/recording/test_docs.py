@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from bufferstand.recording.recorder import PROMISED_S, QUEUE_BLOCKS
+from bufferstand.recording.runfile.document_format import FORMAT, FORMAT_VERSION
 from bufferstand.recording.runfile.file import open_run, write_run
-from bufferstand.recording.runfile.metadata import FORMAT, FORMAT_VERSION
 
 from . import samples
 

@@ -18,8 +18,8 @@ import pytest
 
 from bufferstand.evaluation.document.build import evaluate_paths
 from bufferstand.evaluation.facts.run_facts import Options
+from bufferstand.recording.runfile.document_format import FORMAT_VERSION
 from bufferstand.recording.runfile.file import open_run
-from bufferstand.recording.runfile.metadata import FORMAT_VERSION
 from bufferstand.recording.sealing.verification import verify
 
 FROZEN = Path(__file__).parent / "frozen"

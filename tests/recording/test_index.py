@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,10 +15,9 @@ from bufferstand.recording.finding import index
 from bufferstand.recording.finding.index import FILE_NAME, RECORDED, indexed_runs, recorded_facts
 from bufferstand.recording.finding.query import parse_query
 from bufferstand.recording.finding.run_facts import list_runs
-from bufferstand.recording.runfile.file import write_run
+from bufferstand.recording.runfile import open_run
 from tests.evaluation_report.make_runs import PAPER_LIKE, write_campaign
-
-from . import samples
+from tests.hostile_runs.crafting import with_document
 
 CHANGES = {
     "no json": "'{'",
@@ -115,18 +115,21 @@ def test_no_runs(tmp_path: Path) -> None:
     ],
 )
 def test_a_start_in_another_zone_is_listed_in_utc(tmp_path: Path, stated: object, shown: str | None) -> None:
-    document = samples.metadata("run", status="imported")
-    document["run"]["started_utc"] = stated
-    write_run(tmp_path / "run.h5", document, samples.content())
+    with_document(tmp_path, lambda document: document["run"].update(started_utc=stated))
     assert list_runs(tmp_path)[0].started_utc == shown
 
 
 def test_facts_of_other_types_are_listed_and_found(tmp_path: Path) -> None:
-    document = samples.metadata("run", status="imported")
-    document["run"] |= {"operator": 5, "campaign": ["a"], "started_utc": "yesterday"}
-    document["specimen"] = {"id": 815}
-    document["step"] = {"prestress_mm": "20", "amplitude_mm": None, "frequency_Hz": True}
-    write_run(tmp_path / "run.h5", document, samples.content())
+    """The list is of the documents alone; whoever evaluates such a run is told what is wrong with it."""
+
+    def foreign(document: dict[str, Any]) -> None:
+        document["run"] |= {"operator": 5, "campaign": ["a"], "started_utc": "yesterday"}
+        document["specimen"] = {"id": 815}
+        document["step"] = {"prestress_mm": "20", "amplitude_mm": None, "frequency_Hz": True}
+
+    path = with_document(tmp_path, foreign)
+    with pytest.raises(BadInput, match=r"run\.campaign: is no name"):
+        open_run(path)
     (run,) = list_runs(tmp_path)
     assert (run.specimen_id, run.operator, run.campaign) == ("815", "5", None)
     assert (run.prestress_mm, run.amplitude_mm, run.frequency_Hz) == (None, None, None)

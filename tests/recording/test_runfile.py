@@ -371,7 +371,9 @@ def test_what_metadata_must_say(tmp_path: Path) -> None:
         ({"kind": None}, r"run\.kind"),
         ({"status": "fine"}, r"run\.status"),
         ({"id": ""}, r"run\.id"),
-        ({"reason": float("nan")}, "cannot be written as JSON"),
+        ({"reason": 5}, r"run\.reason: is no text"),
+        ({"note": float("nan")}, r"run\.note: is no number"),
+        ({"note": object()}, "cannot be written as JSON"),
     ]:
         metadata = samples.metadata(**({"status": "complete"} | change))
         with pytest.raises(BadInput, match=message):

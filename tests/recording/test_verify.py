@@ -12,7 +12,7 @@ import pytest
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.content import Segment, StreamContent
 from bufferstand.recording.finding.run_facts import list_runs
-from bufferstand.recording.runfile import checks_in_subprocess as apart
+from bufferstand.recording.runfile import reading_apart as apart
 from bufferstand.recording.runfile.file import open_run, write_run
 from bufferstand.recording.sealing.verification import verify
 
@@ -118,8 +118,8 @@ def test_damage_on_which_hdf5_never_ends_is_refused(tmp_path: Path, monkeypatch:
     data[data.rindex(b"NXcollection") - 8] ^= 4
     path.chmod(0o644)
     path.write_bytes(data)
-    monkeypatch.setattr(apart, "LEAST_S", 3)
-    monkeypatch.setattr(apart, "_WALL_RATIO", 100)  # where others keep the processors busy
+    monkeypatch.setattr(apart, "LEAST_S", 1.0)
+    monkeypatch.setattr(apart, "WALL_RATIO", 100)  # where others keep the processors busy
     (finding,) = verify(path)
     assert finding.level == "fault"
     assert "damaged: HDF5 does not come to an end with it" in finding.text
@@ -130,28 +130,33 @@ def test_damage_on_which_hdf5_never_ends_is_refused(tmp_path: Path, monkeypatch:
 def test_a_file_whose_reading_crashes_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The process that looks into it dies; this one, and the evaluation of the other files, does not."""
     path = written(tmp_path / "run-1.h5")
-    samples.flipped(path, 8 * path.stat().st_size - 1)
     site = tmp_path / "sitecustomize.py"
-    only_there = "import os, sys\nif 'bufferstand.recording.runfile.checks_in_subprocess' in sys.orig_argv: "
+    only_there = "import os, sys\nif 'bufferstand.recording.runfile.reader_process' in sys.orig_argv: "
     site.write_text(f"{only_there}os.kill(os.getpid(), 11)\n")
     monkeypatch.syspath_prepend(tmp_path)
+    reader = apart.ReaderProcess()
+    monkeypatch.setattr(apart, "READER", reader)
     with pytest.raises(BadInput, match=r"damaged: HDF5 crashes on it \(SIGSEGV\)"):
         open_run(path)
     site.write_text(f"{only_there}os._exit(9)\n")
     with pytest.raises(BadInput, match=r"damaged: it cannot be looked into \(status 9\)"):
         open_run(path)
-
-
-def test_a_file_as_sealed_is_opened_without_another_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def started(*_: object, **__: object) -> None:
-        raise AssertionError
-
-    path = written(tmp_path / "run-1.h5")
-    monkeypatch.setattr(apart.subprocess, "run", started)
-    assert verify(path) == []
+    site.unlink()
     assert open_run(path).id == "run-1"
+    reader.close()
+
+
+def test_one_process_reads_all_files_and_one_that_was_killed_is_replaced(tmp_path: Path) -> None:
+    reader = apart.READER
+    path = written(tmp_path / "run-1.h5")
+    assert open_run(path).id == "run-1"
+    first = reader._process
+    assert first is not None
+    assert open_run(written(tmp_path / "run-2.h5")).id == "run-2"
+    assert reader._process is first
+    first.kill()
+    assert open_run(path).id == "run-1"
+    assert reader._process is not first
 
 
 @pytest.mark.slow

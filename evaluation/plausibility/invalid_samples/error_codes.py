@@ -16,8 +16,11 @@ from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.evaluation.plausibility.invalid_samples.remove import left_out
 from bufferstand.evaluation.plausibility.run_view import Channels, ErrorCodes, RunView, Samples
 from bufferstand.evaluation.record import MOST, Record, Signals
+from bufferstand.foundation import BadInput
 from bufferstand.foundation.numbers import median
 
+_LEAST = 2
+"""Readings that a channel has at least."""
 _NEAREST = 0.75
 _TAIL = 0.268
 """What a spline makes of a sample that is off falls by this factor from sample to sample (2 - √3): a code of
@@ -47,8 +50,21 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[ErrorCodes, ...]]:
     -------
     (Channels, tuple of Coded)
         The same channels where there are none.
+
+    Raises
+    ------
+    BadInput
+        If a channel has nothing but codes.
     """
     coded = {channel.name: channel.codes for channel in seen.all}
+    for channel in seen.all:
+        if channel.time_s.size - coded[channel.name].size < _LEAST:
+            raise BadInput(
+                f"{coded[channel.name].size} of its {channel.time_s.size} samples are codes in the place of "
+                "a reading",
+                place=f"channel {channel.name}",
+                remedy="look at the sensor and its cable, and record the test again",
+            )
     found = tuple(
         ErrorCodes(channel.name, channel.unit, channel.time_s[rows], channel.value[rows])
         for channel in seen.all

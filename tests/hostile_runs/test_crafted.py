@@ -1,0 +1,84 @@
+"""Every command on every crafted file: one message, the status of bad input, no traceback, bounded memory."""
+
+from __future__ import annotations
+
+import resource
+import warnings
+from pathlib import Path
+
+import pytest
+
+from bufferstand.cli.main import main
+from bufferstand.foundation.errors import BadInput
+from bufferstand.recording.runfile import open_run
+from bufferstand.recording.runfile import reading_apart as apart
+from tests.hostile_runs.cases import ODD, REFUSED
+
+BAD_INPUT = 2
+_NOT_READ = "this is an HDF5 file"
+MOST_KB = 1_500_000
+
+
+def given(*words: str | Path) -> int:
+    """Return the exit status of the command in this process; warnings of numpy are messages, too."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    code = ended.value.code
+    assert isinstance(code, int)
+    return code
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_verify_refuses_no_command_reads(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = REFUSED[name](tmp_path)
+    assert given("verify", path) == BAD_INPUT
+    told = capsys.readouterr()
+    assert told.err == "bufferstand: 1 damaged or altered; do not evaluate them\n"
+    assert "does not come to an end" not in told.out
+    assert "crashes" not in told.out
+    assert not [line for line in told.out.splitlines() if line.startswith("Traceback")]
+    with pytest.raises(BadInput) as refused:
+        open_run(path)
+    for words in (
+        ("evaluate", path, "--no-cache", "--json", "-"),
+        ("report", path, "--out", tmp_path / "out"),
+    ):
+        assert given(*words) == BAD_INPUT, words
+        told = capsys.readouterr()
+        assert told.out == "", words
+        assert told.err.count("\n") <= 2, words  # of an archive: the file, and that none was evaluated
+        assert refused.value.problem in told.err, words
+    assert given("runs", path, "--no-cache") in (0, BAD_INPUT)  # lists what the document says
+    assert capsys.readouterr().err.count("\n") <= 1
+    assert given("import", path, "--out", tmp_path / "imported") == BAD_INPUT
+    assert _NOT_READ in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ODD)
+def test_what_is_odd_gives_a_result_or_a_message(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = ODD[name](tmp_path)
+    assert given("verify", path) == 0
+    with warnings.catch_warnings():
+        for words in (
+            ("evaluate", path, "--no-cache", "--json", "-"),
+            ("report", path, "--out", tmp_path / "out"),
+            ("runs", path, "--no-cache"),
+        ):
+            assert given(*words) in (0, BAD_INPUT), words
+            told = capsys.readouterr()
+            assert "bug" not in told.err, words
+            assert "Traceback" not in told.err, words
+
+
+def test_no_crafted_file_takes_more_memory_than_is_allowed() -> None:
+    apart.READER.close()
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < MOST_KB
+
+
+def test_there_are_sixty_and_more() -> None:
+    assert len(REFUSED) + len(ODD) > 60
