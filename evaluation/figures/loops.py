@@ -14,6 +14,8 @@ from bufferstand.evaluation.figures.style import COLOURS
 
 STROKE_LABEL = "Stroke [mm]"
 FORCE_LABEL = "Force [kN]"
+STATIC_MM = 96.0
+"""Height of the figure of quasi-static cycles [mm]."""
 _LOOP_POINTS = 1500
 _FIGURE_POINTS = 12_000
 _LEAST_POINTS = 200
@@ -54,10 +56,16 @@ class LoopCurve:
     frequency_Hz: float | None = None
 
 
-def static_loops(loops: Sequence[LoopCurve], windows: Sequence[Window] = (), windows_of: str = "") -> Plot:
+def static_loops(
+    loops: Sequence[LoopCurve],
+    windows: Sequence[Window] = (),
+    windows_of: str = "",
+    *,
+    height_mm: float = STATIC_MM,
+) -> Plot:
     """Return the quasi-static cycles of one run, the permitted force ranges and the measured forces.
 
-    ``windows_of`` names standard and clause of the ranges, for the legend.
+    ``windows_of`` names standard and clause of the ranges, for the legend; ``height_mm`` is that of the axes.
     """
     curves = tuple(
         _curve(loop, f"cycle {loop.cycle}", tone=number, dash=number) for number, loop in enumerate(loops)
@@ -69,7 +77,7 @@ def static_loops(loops: Sequence[LoopCurve], windows: Sequence[Window] = (), win
         curves=curves,
         windows=tuple(windows),
         windows_of=windows_of,
-        height_mm=96.0,
+        height_mm=height_mm,
         **ranges,
     )
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         Texts,
         Tone,
         VerdictLine,
+        numbered,
     )
     from bufferstand.evaluation.report.content.numbers import (
         fixed,
@@ -53,6 +54,7 @@ __all__ = [
     "measured_cell",
     "moment_of",
     "moment_text",
+    "numbered",
     "probability_text",
     "quantity_cell",
     "significant",

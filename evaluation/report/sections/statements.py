@@ -12,14 +12,12 @@ from bufferstand.evaluation.report.content import (
     Column,
     Section,
     Sheet,
-    Signature,
-    Signatures,
     Table,
     Texts,
     fixed,
     significant,
 )
-from bufferstand.evaluation.report.sections.identity import calibrations, operator, overdue
+from bufferstand.evaluation.report.sections.identity import calibrations, overdue
 from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, purpose_warnings, runs_text
 
@@ -54,10 +52,6 @@ _UNCERTAINTY = (
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
     "the unit of the measured value. Where the record states no accuracy of its channels, none is given."
 )
-_VALIDITY = (
-    "The results relate only to the items tested. This report shall not be reproduced except in full without "
-    "approval of the laboratory."
-)
 
 
 def deviations_section(source: ReportSource) -> Section:
@@ -89,8 +83,13 @@ def deviations_section(source: ReportSource) -> Section:
                 note="Everything recorded up to that moment is kept and evaluated.",
             )
         )
-    blocks += [table for table in (_strokes(source), _forces(source)) if table is not None]
     return Section("deviations", "Deviations and stopped runs", tuple(blocks))
+
+
+def targets_section(source: ReportSource) -> Section | None:
+    """Return what was asked, commanded and reached in each run; None where no run says it."""
+    tables = tuple(table for table in (_strokes(source), _forces(source)) if table is not None)
+    return Section("targets", "Strokes and forces reached", tables, annex=True) if tables else None
 
 
 def _pair(row: Mapping[str, Any], what: str) -> str:
@@ -304,23 +303,10 @@ def data_section(source: ReportSource) -> Section:
                 listed=True,
             )
         )
-    return Section("data", "Raw data", tuple(blocks))
+    return Section("data", "Raw data", tuple(blocks), annex=True)
 
 
-def statements_section(source: ReportSource) -> Section:
-    """Return remarks, the validity statement and who answers for the report."""
-    fields = source.fields
-    texts = Texts(
-        (
-            *fields.remarks,
-            _VALIDITY,
-        )
-    )
-    signatures = Signatures(
-        (
-            Signature("Tested by", operator(source)),
-            Signature("Checked by", fields.checked_by),
-            Signature("Authorised by", fields.authorised_by),
-        )
-    )
-    return Section("statements", "Validity and signatures", (texts, signatures))
+def remarks_section(source: ReportSource) -> Section | None:
+    """Return the laboratory's remarks; None if there are none."""
+    remarks = source.fields.remarks
+    return Section("remarks", "Remarks", (Texts(remarks),)) if remarks else None

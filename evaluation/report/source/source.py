@@ -259,6 +259,8 @@ class ReportSource:
     """An earlier evaluation document of the same runs, to say what moved."""
     validation: Mapping[str, Any] | None = None
     """The validation record that the laboratory names (:mod:`bufferstand.evaluation.validation`), if any."""
+    detailed: bool = False
+    """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""
