@@ -72,7 +72,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         runs_section(whole),
         conditions_section(whole),
         deviations_section(whole),
-        not_tested_section(whole),
+        not_tested_section(whole, first_page=False),
         warnings_section(whole),
         rule_section(whole),
         calibrations(whole),

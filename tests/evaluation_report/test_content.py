@@ -256,7 +256,12 @@ def test_stopped_runs_are_on_top_and_in_the_deviations_with_their_reason(report:
     (row,) = table.rows
     assert row[1].text == "h-80-10"
     assert "40.1 °C" in row[3].text
-    assert "3.1 s: specimen temperature" in row[4].text
+    assert row[4].why == "no event but the reason on record"
+    (run,) = [one for one in report.source.runs if one.number == 11]
+    then = (4.0, "safe-stop", "safe stop: force 0.0 kN")
+    stopped = deviations_section(with_run(report.source, 11, events=(*run.events, then)))
+    (table,) = [block for block in stopped.blocks if isinstance(block, Table)]
+    assert table.rows[0][4].text == "4.0 s: safe stop: force 0.0 kN"
 
 
 def test_a_limited_force_is_a_deviation(report: Made) -> None:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         quantity_cell,
         significant,
         usable,
+        value_text,
     )
 
 __all__ = [
@@ -59,6 +60,7 @@ __all__ = [
     "quantity_cell",
     "significant",
     "usable",
+    "value_text",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -72,10 +72,15 @@ def measured_cell(value: object, expanded: object, why: str) -> Cell:
     number, uncertainty = usable(value), usable(expanded)
     if number is None:
         return Cell(DASH, "missing", why)
-    if uncertainty is None:
+    return Cell(value_text(number, uncertainty), "number")
+
+
+def value_text(value: float, expanded: float | None) -> str:
+    """Return ``value ± U``, or the value alone where no uncertainty is known."""
+    if expanded is None:
         # Without an uncertainty nothing says how many digits count; the sixth decimal surely does not.
-        return Cell(significant(round(number, _MOST_DECIMALS)), "number")
-    return Cell(with_uncertainty(number, uncertainty), "number")
+        return significant(round(value, _MOST_DECIMALS))
+    return with_uncertainty(value, expanded)
 
 
 def limits_text(lower: object, upper: object) -> str:

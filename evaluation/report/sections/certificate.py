@@ -52,14 +52,14 @@ _VALIDITY = (
 
 def statement(source: ReportSource) -> VerdictLine:
     """Return the one statement of the report: the gravest verdict of the runs that it rests on, and why."""
-    tests = [run for run in source.runs if run.stated and run.evaluated.get("verdict") is not None]
+    tests = _tests(source)
     if not tests:
         return VerdictLine(
             Cell("Characterisation"),
             "No statement of conformity",
             "No requirement rests on these runs: the report states what was measured.",
         )
-    gravest = min(tests, key=lambda run: severity(run.evaluated["verdict"]))
+    gravest = _gravest(tests)
     line = verdict_line(gravest)
     standards = " and ".join(dict.fromkeys(str(r["standard"]) for run in tests for r in run.stated))
     numbers = [run.number for run in tests]
@@ -69,6 +69,24 @@ def statement(source: ReportSource) -> VerdictLine:
     if (left := len(points) - _MOST_POINTS) > 0:
         points = (*points[:_MOST_POINTS], f"and {left} more: see Statement of conformity by clause")
     return VerdictLine(line.verdict, subject, sentence, points)
+
+
+def told_on_first_page(source: ReportSource) -> ReportRun | None:
+    """Return the run whose open requirements all stand in the statement, with their reasons; None: none."""
+    tests = _tests(source)
+    if not tests:
+        return None
+    gravest = _gravest(tests)
+    is_open = gravest.evaluated["verdict"] in {"inconclusive", "not-tested"}
+    return gravest if is_open and len(verdict_line(gravest).points) <= _MOST_POINTS else None
+
+
+def _tests(source: ReportSource) -> list[ReportRun]:
+    return [run for run in source.runs if run.stated and run.evaluated.get("verdict") is not None]
+
+
+def _gravest(tests: Sequence[ReportRun]) -> ReportRun:
+    return min(tests, key=lambda run: severity(run.evaluated["verdict"]))
 
 
 def key_values(source: ReportSource) -> Table:

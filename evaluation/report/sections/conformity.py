@@ -21,6 +21,7 @@ from bufferstand.evaluation.report.content import (
     significant,
     usable,
 )
+from bufferstand.evaluation.report.sections.certificate import told_on_first_page
 from bufferstand.evaluation.report.sections.limit_set import inspection_blocks
 from bufferstand.evaluation.report.sections.references import is_draft, reference_text
 from bufferstand.evaluation.report.sections.verdicts import (
@@ -162,13 +163,20 @@ def _of(number: int, cycles: Sequence[int]) -> str:
     return f"{number} ({', '.join(map(str, cycles))})" if cycles else str(number)
 
 
-def not_tested_section(source: ReportSource) -> Section:
-    """Return what was not tested or not decided, each with the reason; never left out."""
-    items = [
-        f"Run {run.number}: {point}."
-        for run in source.runs
-        for point in grouped_points([r for r in run.stated if r["verdict"] in _OPEN])
-    ]
+def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Section:
+    """Return what was not tested or not decided, each with the reason; never left out.
+
+    What the statement on the ``first_page`` gives the reason of is named only.
+    """
+    told = told_on_first_page(source) if first_page else None
+    items = []
+    for run in source.runs:
+        rows = [row for row in run.stated if row["verdict"] in _OPEN]
+        if rows and run is told:
+            names = ", ".join(dict.fromkeys(name_of(row) for row in rows))
+            items.append(f"Run {run.number}: {names}. The reasons stand on the first page.")
+        else:
+            items += [f"Run {run.number}: {point}." for point in grouped_points(rows)]
     items += [text for limits in source.limit_sets for text in _parts_without_a_run(source, limits)]
     items += source.fields.not_tested
     without = [run.number for run in source.runs if run.evaluated.get("verdict") is None]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
 from typing import Any
 
-from bufferstand.evaluation.facts import Extreme
+from bufferstand.evaluation.facts import Extreme, not_whole
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.content import DASH, Cell, moment_of, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
@@ -144,6 +144,12 @@ class ReportRun:
     def warnings(self) -> list[str]:
         """What the evaluation warns of."""
         return [str(warning) for warning in self.evaluated.get("warnings") or []]
+
+    @property
+    def attention(self) -> list[str]:
+        """The warnings without what nobody needs to act on (``notes`` of the document), and how it ended."""
+        notes = {not_whole(self.status), *(str(text) for text in self.evaluated.get("notes") or ())}
+        return [text for text in self.warnings if text not in notes]
 
     @property
     def started(self) -> datetime | None:
