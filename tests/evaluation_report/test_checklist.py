@@ -97,6 +97,7 @@ def flat(text: str) -> str:
 
 
 def text_of(html: str) -> str:
+    html = re.sub(r'<span class="kept">(.*?)</span>', r"\1", html)
     return flat(unescape(re.sub(r"<[^>]+>", " ", html)))
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         numbered,
     )
     from bufferstand.evaluation.report.content.numbers import (
+        UNBROKEN,
         fixed,
         limits_text,
         measured_cell,
@@ -31,12 +32,14 @@ if TYPE_CHECKING:
         probability_text,
         quantity_cell,
         significant,
+        span_text,
         usable,
         value_text,
     )
 
 __all__ = [
     "DASH",
+    "UNBROKEN",
     "Block",
     "Cell",
     "Column",
@@ -59,6 +62,7 @@ __all__ = [
     "probability_text",
     "quantity_cell",
     "significant",
+    "span_text",
     "usable",
     "value_text",
 ]

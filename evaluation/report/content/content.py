@@ -14,6 +14,7 @@ from typing import Any, Literal
 from bufferstand.evaluation.figures import Plot
 from bufferstand.foundation.files import content_hash
 
+_JUDGED = frozenset({"good", "bad", "open"})
 SCHEMA = "bufferstand/report/1"
 DASH = "—"
 
@@ -223,7 +224,7 @@ class Content:
                     "id": section.id,
                     "title": section.title,
                     "annex": section.annex,
-                    "blocks": [_block(block) for block in section.blocks],
+                    "blocks": [_block(block, section.title) for block in section.blocks],
                 }
                 for section in self.sections
             ],
@@ -261,8 +262,11 @@ def _plain(value: object) -> object:
     return value
 
 
-def _block(block: Block) -> dict[str, Any]:
+def _block(block: Block, section: str = "") -> dict[str, Any]:
+    """Return a block for the renderers; a title that only repeats the section's is no heading."""
     out: dict[str, Any] = {"kind": _KINDS[type(block)]}
+    if isinstance(block, Table | Sheet):
+        out["heading"] = "" if block.title == section else block.title
     match block:
         case Table():
             out |= _table(block)
@@ -303,6 +307,7 @@ def _table(table: Table) -> dict[str, Any]:
             for number, column in enumerate(table.columns)
         ],
         "rows": [[notes.cell(cell) for cell in row] for row in table.rows],
+        "judged": any(cell.tone in _JUDGED for row in table.rows for cell in row),
         "note": table.note,
         "footnotes": notes.entries(),
     }

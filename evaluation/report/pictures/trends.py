@@ -42,17 +42,18 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
             continue
         fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
         warnings = dict.fromkeys(str(w) for trend, _ in series for w in trend.get("warnings") or [])
-        band = any(one.band is not None for _, one in series)
+        plot = trend_plot([one for _, one in series], trended.axis)
+        band = any(fit.lower is not None for fit in plot.fits)
         pictures.append(
             Picture(
                 caption=f"{words} over frequency"
                 + (" with linear fits" if fits else "")
-                + (" and their 95 % confidence bands" if band else "")
+                + (" and their 95 % confidence bands (ν: degrees of freedom)" if band else "")
                 + ". Bars: expanded uncertainty (k = 2). "
                 + " ".join(_sentence(warning) for warning in warnings),
                 alt=f"{words} of {len(series)} series over frequency. "
                 + " ".join(f"{one.label}: {_slope_text(trend, unit)}." for trend, one in series),
-                plot=trend_plot([one for _, one in series], trended.axis),
+                plot=plot,
                 numbers=_numbers(source, [trend for trend, _ in series], words, unit),
             )
         )

@@ -18,7 +18,7 @@ from bufferstand.evaluation.report.content import (
     limits_text,
     measured_cell,
     probability_text,
-    significant,
+    span_text,
     usable,
 )
 from bufferstand.evaluation.report.sections.certificate import told_on_first_page
@@ -136,7 +136,7 @@ def _row(one: _Stated) -> tuple[Cell, ...]:
         _clause(requirement),
         Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
         Cell("–" if unit in {"", "1"} else unit),
-        _range(one.values()),
+        _range(one.values(), usable(nearest.get("expanded_uncertainty"))),
         measured_cell(nearest.get("measured"), nearest.get("expanded_uncertainty"), _NOT_MEASURED),
         Cell(DASH, "missing", _NO_PROBABILITY)
         if probability is None
@@ -152,11 +152,10 @@ def _clause(requirement: Mapping[str, Any]) -> Cell:
     return Cell(reference) if requirement.get("clause") else Cell(DASH, "missing", reference)
 
 
-def _range(values: Sequence[float]) -> Cell:
+def _range(values: Sequence[float], expanded: float | None) -> Cell:
     if not values:
         return Cell(DASH, "missing", _NOT_MEASURED)
-    low, high = significant(min(values)), significant(max(values))
-    return Cell(low if low == high else f"{low} … {high}", "number")
+    return Cell(span_text(min(values), max(values), expanded), "number")
 
 
 def _of(number: int, cycles: Sequence[int]) -> str:

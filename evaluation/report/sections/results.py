@@ -75,7 +75,7 @@ def recorded_section(source: ReportSource) -> Section:
             Column("Step"),
             Column("Started"),
             Column("Length"),
-            Column("Cycles: complete / used"),
+            Column("Cycles / used"),
             Column("Ended"),
         ),
         tuple(_done(run) for run in source.runs),

@@ -137,15 +137,20 @@ def _strokes(source: ReportSource) -> Table | None:
     return Table("Strokes asked, commanded and reached", columns, tuple(rows), note=note) if rows else None
 
 
+def _signed(value: float) -> str:
+    text = fixed(value, 2)
+    return f"+{text}" if value > 0.0 and float(text) != 0.0 else text
+
+
 def _off(run: ReportRun, row: Mapping[str, Any]) -> Cell:
     """Return by how much a motion missed what was asked of the specimen, or what was expected of it."""
     if row["by_force"]:
         return Cell("turned at its force limit")
     if row["compensated"]:
         percent = row["off_percent"]
-        share = "" if percent is None else f"; amplitude {percent:+.2f} %"
+        share = "" if percent is None else f"; amplitude {_signed(percent)} %"
         cycles = f"; cycles {row['cycles_off']} of {row['cycles']}" if row.get("cycles_off") else ""
-        return Cell(f"{row['off_mm']:+.2f} mm{share}{cycles}")
+        return Cell(f"{_signed(row['off_mm'])} mm{share}{cycles}")
     expected = expected_turns(run.fact("step") or {}, row["motion"])
     if expected is None:
         return Cell(DASH, "missing", "what the plan expected of the specimen is not on record")
