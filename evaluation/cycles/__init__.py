@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         cycle_samples,
         find_cycles,
         find_with_harmonics,
+        is_lead,
     )
     from bufferstand.evaluation.cycles.harmonics import (
         HARMONICS,
@@ -38,6 +39,7 @@ __all__ = [
     "cycle_samples",
     "find_cycles",
     "find_with_harmonics",
+    "is_lead",
     "spectra",
 ]
 

@@ -248,6 +248,16 @@ def _not_closed(start: TurningPoint, top: TurningPoint, end: TurningPoint) -> li
     return why
 
 
+def is_lead(cycle: Cycle) -> bool:
+    """Say whether a cycle is incomplete for one reason alone: it leads in from rest, or out to rest.
+
+    Rest is on record, or the record begins or ends with the motion; it must not do so within a stroke.
+    """
+    methods = {cycle.start.method, cycle.top.method, cycle.end.method}
+    why = _not_closed(cycle.start, cycle.top, cycle.end)
+    return not cycle.complete and "cut" not in methods and len(why) == 1 and list(cycle.why) == why
+
+
 def _repeats(columns: CycleColumns, whole: NDArray[np.bool_], distortion: FloatArray) -> NDArray[np.bool_]:
     """Say which cycles close and repeat a complete neighbour in all: the usual case, told for all at once."""
     start, top, last = columns

@@ -218,6 +218,7 @@ def run_entry(run: RunEvaluation) -> RunEntry:
         "requirements": [_requirement(row) for row in run.requirements],
         "verdict": run.verdict,
         "warnings": list(run.warnings),
+        "notes": list(run.notes),
         "plausibility": [finding.entry() for finding in run.findings],
         "limit_set": None if run.limit_set is None else dict(run.limit_set),
         "inspection": None if run.inspection is None else dict(run.inspection),

@@ -119,6 +119,7 @@ if TYPE_CHECKING:
         GuardDoubt,
         Options,
         RunFacts,
+        not_whole,
     )
     from bufferstand.evaluation.facts.shared_errors import (
         Distribution,
@@ -221,6 +222,7 @@ __all__ = [
     "expected_turns",
     "held_against",
     "identity_of",
+    "not_whole",
     "shared_of",
     "spoiled_cycles",
     "weakest",

@@ -338,6 +338,7 @@ class RunEntry(HistoryEntry, EvidenceEntry):
     requirements: list[RequirementEntry]
     verdict: Verdict | None
     warnings: list[str]
+    notes: list[str]
     plausibility: list[FindingEntry]
     limit_set: dict[str, Any] | None
     inspection: dict[str, Any] | None

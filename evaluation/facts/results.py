@@ -219,6 +219,8 @@ class RunEvaluation:
     """Holds, residual strokes, settling and cumulated energy."""
     findings: tuple[Finding, ...] = ()
     """What on record no specimen and no motion make (:mod:`bufferstand.evaluation.plausibility`)."""
+    notes: tuple[str, ...] = ()
+    """Those of ``warnings`` that nobody needs to act on: what was planned, or stands with a requirement."""
     unfit: bool = False
     """Whether its means are of spoiled cycles: they are kept out of trends and comparisons. A run of several
     steps is unfit if all of them are; one without means if all its complete cycles are spoiled."""

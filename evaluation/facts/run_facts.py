@@ -153,3 +153,8 @@ class Options:
 
 
 EVENT = "stroke"
+
+
+def not_whole(status: str) -> str:
+    """Return the warning of a run that did not end as planned."""
+    return f"the run is not whole: its status is {status}"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         changes_plot,
     )
     from bufferstand.evaluation.figures.loops import (
+        STATIC_MM,
         LoopCurve,
         amplitude_loops,
         dynamic_loops,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "STATIC_MM",
     "ChangeSeries",
     "Floats",
     "LoopCurve",

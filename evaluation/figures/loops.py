@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypedDict
 
 import numpy as np
@@ -14,6 +14,11 @@ from bufferstand.evaluation.figures.style import COLOURS
 
 STROKE_LABEL = "Stroke [mm]"
 FORCE_LABEL = "Force [kN]"
+STATIC_MM = 80.0
+"""Height of the figure of quasi-static cycles [mm]."""
+_LOOPS_MM = 62.0
+_PANEL_MM = 26.0
+_GRID = 200
 _LOOP_POINTS = 1500
 _FIGURE_POINTS = 12_000
 _LEAST_POINTS = 200
@@ -54,10 +59,16 @@ class LoopCurve:
     frequency_Hz: float | None = None
 
 
-def static_loops(loops: Sequence[LoopCurve], windows: Sequence[Window] = (), windows_of: str = "") -> Plot:
+def static_loops(
+    loops: Sequence[LoopCurve],
+    windows: Sequence[Window] = (),
+    windows_of: str = "",
+    *,
+    height_mm: float = STATIC_MM,
+) -> Plot:
     """Return the quasi-static cycles of one run, the permitted force ranges and the measured forces.
 
-    ``windows_of`` names standard and clause of the ranges, for the legend.
+    ``windows_of`` names standard and clause of the ranges, for the legend; ``height_mm`` is that of the axes.
     """
     curves = tuple(
         _curve(loop, f"cycle {loop.cycle}", tone=number, dash=number) for number, loop in enumerate(loops)
@@ -69,7 +80,7 @@ def static_loops(loops: Sequence[LoopCurve], windows: Sequence[Window] = (), win
         curves=curves,
         windows=tuple(windows),
         windows_of=windows_of,
-        height_mm=96.0,
+        height_mm=height_mm,
         **ranges,
     )
 
@@ -93,7 +104,8 @@ def frequency_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plo
     curves = [
         _curve(loop, _hz(loop), tone=n, dash=n, marker=n, among=len(loops)) for n, loop in enumerate(ordered)
     ]
-    return _over(static, loops, curves)
+    plot = _over(static, loops, curves)
+    return replace(plot, below=_less_the_first(ordered, curves, plot))
 
 
 def amplitude_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plot:
@@ -114,7 +126,7 @@ def labelled_loops(loops: Sequence[LoopCurve], labels: Sequence[str]) -> Plot:
         _curve(loop, label, tone=n, dash=n, marker=n)
         for n, (loop, label) in enumerate(zip(loops, labels, strict=True))
     )
-    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, height_mm=88.0, **_ranges(loops, ()))
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=curves, height_mm=_LOOPS_MM, **_ranges(loops, ()))
 
 
 def _over(
@@ -128,7 +140,60 @@ def _over(
         loops = [static, *loops]
     if whole:
         ranges = _ranges(loops, ())
-    return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=88.0, **ranges)
+    return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=_LOOPS_MM, **ranges)
+
+
+def _less_the_first(ordered: Sequence[LoopCurve], curves: Sequence[Curve], over: Plot) -> Plot | None:
+    """Return a panel of the forces less those of the first loop at equal stroke, where curves coincide."""
+    differences = [
+        replace(curve, x=x, y=y)
+        for loop, curve in zip(ordered[1:], curves[1:], strict=True)
+        for x, y in (_difference(loop, ordered[0]),)
+        if x.size
+    ]
+    if not differences:
+        return None
+    ends = [float(end(curve.y)) for curve in differences for end in (np.nanmin, np.nanmax)]
+    margin = 0.1 * (max(ends) - min(ends)) or 1.0
+    return Plot(
+        STROKE_LABEL,
+        f"Less {_hz(ordered[0])} [kN]",
+        curves=tuple(differences),
+        x_range=over.x_range,
+        y_range=(min(ends) - margin, max(ends) + margin),
+        height_mm=_PANEL_MM,
+    )
+
+
+def _difference(loop: LoopCurve, reference: LoopCurve) -> tuple[Floats, Floats]:
+    """Return strokes up and down again, and the force of a loop less that of another at the same stroke.
+
+    Within the strokes that both reach, without the twentieth at each end: there they turn.
+    """
+    low, high = (
+        end([float(of(one.stroke_mm)) for one in (loop, reference)])
+        for end, of in ((max, np.nanmin), (min, np.nanmax))
+    )
+    if high <= low:
+        return np.empty(0), np.empty(0)
+    spare = 0.05 * (high - low)
+    stroke = np.linspace(low + spare, high - spare, _GRID)
+    pairs = zip(_branches(loop), _branches(reference), strict=True)
+    up, down = (np.interp(stroke, *one) - np.interp(stroke, *other) for one, other in pairs)
+    break_ = np.array([np.nan])
+    return np.concatenate([stroke, break_, stroke[::-1]]), np.concatenate([up, break_, down[::-1]])
+
+
+def _branches(loop: LoopCurve) -> list[tuple[Floats, Floats]]:
+    """Return stroke and force of the loading and the unloading branch, in the order of the stroke."""
+    whole = ~(np.isnan(loop.stroke_mm) | np.isnan(loop.force_kN))
+    stroke, force = loop.stroke_mm[whole], loop.force_kN[whole]
+    top = int(np.argmax(stroke))
+    branches = []
+    for part in (slice(0, top + 1), slice(top, None)):
+        order = np.argsort(stroke[part], kind="stable")
+        branches.append((stroke[part][order], force[part][order]))
+    return branches
 
 
 def _curve(

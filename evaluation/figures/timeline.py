@@ -54,7 +54,7 @@ def temperature_plot(
         TEMPERATURE,
         levels=levels,
         y_range=(lowest - margin, max(tops) + margin),
-        height_mm=80.0,
+        height_mm=52.0,
     )
     return replace(plot, below=below)
 
@@ -65,7 +65,7 @@ def _energy_panel(energy: Trace, steps: Sequence[TimelineStep], tone: int) -> Pl
     _, highest = _span([trace])
     unnamed = [replace(step, label="", stop="") for step in steps]
     plot = _timeline(
-        [trace], unnamed, ENERGY, levels=(), y_range=(0.0, 1.05 * highest or 1.0), height_mm=45.0
+        [trace], unnamed, ENERGY, levels=(), y_range=(0.0, 1.05 * highest or 1.0), height_mm=28.0
     )
     (curve,) = plot.curves
     return replace(plot, curves=(replace(curve, tone=tone, dash=tone),))
@@ -75,7 +75,7 @@ def stroke_plot(traces: Sequence[Trace], steps: Sequence[TimelineStep]) -> Plot:
     """Return the stroke over the campaign with its steps shaded and the stops marked (paper, Fig. 4)."""
     lowest, highest = _span(traces)
     return _timeline(
-        traces, steps, STROKE, levels=(), y_range=(min(0.0, lowest), 1.05 * highest or 1.0), height_mm=70.0
+        traces, steps, STROKE, levels=(), y_range=(min(0.0, lowest), 1.05 * highest or 1.0), height_mm=50.0
     )
 
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from bufferstand.evaluation.figures.plot import Fit, Floats, Plot, Points
 
+LEAST_FREEDOM = 2
+"""A confidence band is drawn from so many degrees of freedom on: of three points it says nothing."""
 FREQUENCY_LABEL = "Frequency of loading [Hz]"
 
 
@@ -60,7 +62,7 @@ def trend_plot(series: Sequence[TrendSeries], y_label: str) -> Plot:
         fits=fits,
         x_range=(0.0, 1.06 * reach),
         y_range=(max(0.0, low - spare) if low >= 0 else low - spare, high + spare),
-        height_mm=74.0,
+        height_mm=56.0,
     )
 
 
@@ -70,7 +72,8 @@ def _fit(series: TrendSeries, tone: int) -> Fit | None:
     ends = np.array([np.min(series.frequency_Hz), np.max(series.frequency_Hz)])
     lower = upper = None
     x = ends
-    if series.band is not None:
+    if series.band is not None and series.frequency_Hz.size - 2 >= LEAST_FREEDOM:
         x, lower, upper = series.band
-    label = f"linear fit, {series.slope_per_Hz:+.3g} per Hz".replace("-", "−")
+    freedom = series.frequency_Hz.size - 2
+    label = f"linear fit, {series.slope_per_Hz:+.3g} per Hz, ν = {freedom}".replace("-", "−")
     return Fit(label, x, series.intercept + series.slope_per_Hz * x, lower, upper, tone, dash=tone + 1)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.pictures import figures_section
+from bufferstand.evaluation.report.content import Block, Content, numbered
+from bufferstand.evaluation.report.pictures import (
+    certificate_picture,
+    course_section,
+    figures_section,
+    model_comparison_section,
+)
 from bufferstand.evaluation.report.sections import (
     BuildSection,
     amendment_notice,
@@ -18,27 +23,30 @@ from bufferstand.evaluation.report.sections import (
     data_section,
     deviations_section,
     evidence_section,
+    further_budgets_section,
     head,
     history_section,
-    identification,
+    key_values,
     laboratory,
     missing_references,
-    model_section,
     not_as_required,
     not_tested_section,
     operator,
     opinions_section,
     plausibility_section,
+    recorded_section,
     reevaluation_notice,
     reevaluation_section,
+    remarks_section,
     requirements_section,
     rule_section,
     runs_section,
+    signatures,
     simulated_notice,
     software_section,
     spoiled_notice,
-    statements_section,
-    summary_section,
+    statement,
+    targets_section,
     temperature_section,
     warnings_section,
     with_added,
@@ -48,34 +56,36 @@ from bufferstand.evaluation.report.source import ReportSource, missing_fields, r
 SECTIONS: tuple[BuildSection, ...] = with_added(
     (
         amendment_section,
-        summary_section,
         reevaluation_section,
-        identification,
-        conditions_section,
         conformity_section,
-        requirements_section,
         runs_section,
-        cycles_section,
-        contact_section,
-        history_section,
-        temperature_section,
-        model_section,
         figures_section,
+        temperature_section,
+        model_comparison_section,
+        conditions_section,
         deviations_section,
         not_tested_section,
         warnings_section,
         rule_section,
-        plausibility_section,
-        evidence_section,
         budgets_section,
         calibrations,
+        opinions_section,
+        remarks_section,
+        requirements_section,
+        recorded_section,
+        cycles_section,
+        targets_section,
+        contact_section,
+        history_section,
+        course_section,
+        plausibility_section,
+        evidence_section,
+        further_budgets_section,
         data_section,
         software_section,
-        opinions_section,
-        statements_section,
     )
 )
-"""What a report consists of, in its order, with the sections that stand in files of their own."""
+"""What a report consists of behind its first page, in its order; those of the annex come last."""
 
 
 def build_content(source: ReportSource) -> Content:
@@ -92,8 +102,8 @@ def build_content(source: ReportSource) -> Content:
         The same for the same source, whenever and wherever it is built.
     """
     version = (source.document.get("software") or {}).get("version")
-    software = f"bufferstand {version}" if version else "bufferstand"
-    sections = [build(source) for build in SECTIONS]
+    built = [build(source) for build in SECTIONS]
+    certificate, sections = numbered(certificate_of(source), [one for one in built if one is not None])
     ends = [run.ended for run in source.runs if run.ended is not None]
     return Content(
         title="Test report: static and dynamic characteristics",
@@ -103,11 +113,20 @@ def build_content(source: ReportSource) -> Content:
             *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
             *missing_references(source),
         ),
-        head=head(source, software),
-        sections=tuple(section for section in sections if section is not None),
+        head=head(source),
+        sections=sections,
         ended=max(ends).isoformat() if ends else "",
-        software=software,
+        software=f"bufferstand {version}" if version else "bufferstand",
+        certificate=certificate,
+        detailed=source.detailed,
     )
+
+
+def certificate_of(source: ReportSource) -> tuple[Block, ...]:
+    """Return what stands on the first page: statement, key values, the curve, signatures."""
+    picture = certificate_picture(source)
+    shown = () if picture is None else (picture,)
+    return (statement(source), key_values(source), *shown, *signatures(source))
 
 
 def _subtitle(source: ReportSource) -> str:
@@ -122,7 +141,9 @@ def notices_of(source: ReportSource) -> tuple[str, ...]:
     notices = list(amendment_notice(source))
     notices += simulated_notice(source)
     notices += spoiled_notice(source)
-    notices += [f"Run {run.number} {run.status}: {run.reason}." for run in source.runs if run.ended_early]
+    if early := [run.number for run in source.runs if run.ended_early]:
+        named = runs_text(early)
+        notices.append(f"{named[:1].upper()}{named[1:]} ended early; see Deviations and stopped runs.")
     if others := [run.number for run in source.runs if not_as_required(run)]:
         named = runs_text(others)
         notices.append(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
 from bufferstand.evaluation.report.build import notices_of
-from bufferstand.evaluation.report.content import Content, Section, Texts, fixed
-from bufferstand.evaluation.report.pictures import comparison_pictures, numbered_section
+from bufferstand.evaluation.report.content import Content, Section, Texts, fixed, numbered
+from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
     amendment_section,
@@ -25,9 +25,13 @@ from bufferstand.evaluation.report.sections import (
     not_tested_section,
     operator,
     opinions_section,
+    recorded_section,
+    remarks_section,
     rule_section,
     runs_section,
-    statements_section,
+    signatures,
+    software_section,
+    targets_section,
     warnings_section,
 )
 from bufferstand.evaluation.report.source import (
@@ -57,26 +61,30 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     """
     whole = sides.whole
     version = (whole.document.get("software") or {}).get("version")
-    software = f"bufferstand {version}" if version else "bufferstand"
     compared = compared_of(conditions_of(sides))
     specimens = [(f"Specimen {side.letter}: {side.name}", side.source) for side in sides.sides]
-    sections = [
+    pictures = comparison_pictures(sides, compared)
+    built = [
         amendment_section(whole),
-        _summary(sides, compared),
         *comparison_sections(sides, compared),
-        identification(whole, specimens),
-        conditions_section(whole),
+        Section("figures", "Figures", tuple(pictures)) if pictures else None,
+        identification(specimens),
         runs_section(whole),
-        numbered_section(comparison_pictures(sides, compared)),
+        conditions_section(whole),
         deviations_section(whole),
-        not_tested_section(whole),
+        not_tested_section(whole, first_page=False),
         warnings_section(whole),
         rule_section(whole),
         calibrations(whole),
-        data_section(whole),
         opinions_section(whole),
-        statements_section(whole),
+        remarks_section(whole),
+        recorded_section(whole),
+        targets_section(whole),
+        data_section(whole),
+        software_section(whole),
     ]
+    first_page = (_summary(sides, compared), *signatures(whole))
+    certificate, sections = numbered(first_page, [one for one in built if one is not None])
     ends = [run.ended for run in whole.runs if run.ended is not None]
     return Content(
         title="Test report: comparison of specimens",
@@ -86,14 +94,16 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
             *missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
             *missing_references(whole),
         ),
-        head=head(whole, software),
-        sections=tuple(section for section in sections if section is not None),
+        head=head(whole),
+        sections=sections,
         ended=max(ends).isoformat() if ends else "",
-        software=software,
+        software=f"bufferstand {version}" if version else "bufferstand",
+        certificate=certificate,
+        detailed=whole.detailed,
     )
 
 
-def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Section:
+def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Texts:
     """Return a sentence for each of the others: how many differences are beyond U, and the clearest."""
     first = sides.sides[0]
     sentences = []
@@ -111,7 +121,7 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> S
         if len(known) < len(found):
             sentence += f" {len(found) - len(known)} have no uncertainty to be held against."
         sentences.append(sentence)
-    return Section("summary", "Summary", (Texts((*sentences, _REST)),))
+    return Texts((*sentences, _REST))
 
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:

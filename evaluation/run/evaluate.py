@@ -18,6 +18,7 @@ from bufferstand.evaluation.facts import (
     SharedErrors,
     StepResult,
     held_against,
+    not_whole,
 )
 from bufferstand.evaluation.gaps import CyclesOfRecord, found_in
 from bufferstand.evaluation.loading import condensed_for
@@ -42,6 +43,7 @@ from bufferstand.evaluation.requirements import (
     shipped_limit_set,
     why_not_judged,
 )
+from bufferstand.evaluation.run.cycle_warnings import cycle_warnings, notes_of, numbered
 from bufferstand.evaluation.run.extremes import Recorded, extreme_warnings, run_extremes, step_extremes
 from bufferstand.evaluation.run.first_contact import contact_warnings, first_contact_of
 from bufferstand.evaluation.run.garbage_collection import collecting_later
@@ -121,7 +123,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
 
     draws = _drawn_errors(facts, options, found)
     spoiled = _spoiled(look_at(found))
-    division = division_without(facts.kind, results, _numbered, spoiled)
+    division = division_without(facts.kind, results, numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
     tallies = [MeanOfDraws() for _ in stand_for]
     regression: Regression | None = None
@@ -135,12 +137,12 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     results = without_claims(results, spoiled)
     complete = tuple(r for r in results if r.cycle.complete)
     warnings = [*facts.problems, *coarse, *(wires.warnings if wires else ()), *found.warnings]
-    warnings += spoiled.warnings(_numbered)
+    warnings += spoiled.warnings(numbered)
     warnings += _record_warnings(record, facts, results, division)
     if samples.time_s.size:
         warnings += _missing_facts(facts) if options.draws else [_NOT_DRAWN]
     warnings += [
-        *_cycle_warnings(results),
+        *cycle_warnings(results),
         *(noisy_speed_warnings(record, results) if draws is None and options.draws else ()),
     ]
 
@@ -180,7 +182,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         requirements = judge_with_contact(case, contact)
     warnings += [
         *contact_warnings(contact, requirements),
-        *temperature_warnings(results, record.temperatures, _numbered),
+        *temperature_warnings(results, record.temperatures, numbered),
     ]
     inertial = None if added is None else (record.time_s, added.added_kN)
     noise = None if draws is None else _noise_of_samples(samples, found)
@@ -192,7 +194,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         for one in whole.steps
     ]
     requirements += _of_quantities(facts, limits, options, whole, steps, extremes, spoiled)
-    warnings += missing_warnings(results, whole, requirements, wires, _numbered)
+    warnings += missing_warnings(results, whole, requirements, wires, numbered)
     return RunEvaluation(
         facts=facts,
         record=record,
@@ -201,6 +203,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         requirements=tuple(requirements),
         verdict=run_verdict(requirements),
         warnings=tuple(dict.fromkeys(warnings)),
+        notes=notes_of(tuple(dict.fromkeys(warnings)), facts, results, requirements),
         limit_set=limits.identity() if requirements else None,
         inspection=inspection.record() if inspection and requirements else None,
         budget=whole.budget,
@@ -344,12 +347,12 @@ def _record_warnings(
     elif not division.parts and not division.why:
         warnings.append("no summary: no cycle is complete and steady")
     elif division.several:
-        each = "; ".join(f"{n}: {_numbered(part.cycles)}" for n, part in enumerate(division.parts, 1))
+        each = "; ".join(f"{n}: {numbered(part.cycles)}" for n, part in enumerate(division.parts, 1))
         text = f"it has {len(division.parts)} steps, each with a summary of its own ({each})"
         warnings.append(f"no summary of the run: {text}")
     warnings += division.why
     if facts.status not in ("complete", "imported"):
-        warnings.append(f"the run is not whole: its status is {facts.status}")
+        warnings.append(not_whole(facts.status))
     if facts.kind == "impact":
         warnings += _unstated_impact(facts)
     if not any(sensor.role == "specimen" for sensor in record.temperatures):
@@ -367,27 +370,6 @@ def _unstated_impact(facts: RunFacts) -> list[str]:
     if facts.impact_speed_km_h is None:
         text += "; whether the impact is one that the category counts for is not judged"
     return [text]
-
-
-def _cycle_warnings(results: Sequence[CycleResult]) -> list[str]:
-    """Return the warnings of all cycles, each text once with the numbers of its cycles."""
-    where: dict[str, list[int]] = {}
-    for result in results:
-        for text in result.warnings:
-            where.setdefault(text, []).append(result.cycle.index)
-    return [f"{_numbered(numbers)}: {text}" for text, numbers in where.items()]
-
-
-def _numbered(numbers: Sequence[int]) -> str:
-    """Return cycle numbers in words; more than two in a row as from – to."""
-    parts: list[tuple[int, int]] = []
-    for number in numbers:
-        if parts and number == parts[-1][1] + 1:
-            parts[-1] = (parts[-1][0], number)
-        else:
-            parts.append((number, number))
-    texts = [f"{a}" if a == b else f"{a}, {b}" if b == a + 1 else f"{a} to {b}" for a, b in parts]
-    return ("cycle " if len(numbers) == 1 else "cycles ") + ", ".join(texts)
 
 
 def _off_plan(facts: RunFacts, whole: StepFigures) -> list[str]:

@@ -41,7 +41,7 @@ def missing_warnings(
             )
         if skew.damping_per_ms["by_shifting"] is None:
             warnings.append(f"{place}no change of damping by skew: the stored energy is not positive")
-    warnings += _requirements(requirements)
+    warnings += requirement_warnings(requirements)
     if wires is None:
         warnings.append("no comparison of draw wires: the record has one stroke channel")
     return warnings
@@ -101,7 +101,9 @@ def _references(rows: Sequence[RequirementResult]) -> list[str]:
     return warnings
 
 
-def _requirements(rows: Sequence[RequirementResult]) -> list[str]:
+def requirement_warnings(rows: Sequence[RequirementResult]) -> list[str]:
+    """Return which requirements have no measured value, uncertainty, probability, edition or clause."""
+
     def names(chosen: Sequence[RequirementResult]) -> str:
         return ", ".join(dict.fromkeys(row.id for row in chosen))
 

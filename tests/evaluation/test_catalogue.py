@@ -182,6 +182,7 @@ ENTRIES = [
 NAME, HEADING = "hysteresis_kN", "Hysteresis Fₕ"
 LOOK = """
 import json, pathlib, sys
+from dataclasses import replace
 from click.testing import CliRunner
 from bufferstand.cli.main import bufferstand
 from bufferstand.daq.monitor.results import describe
@@ -210,7 +211,7 @@ folder, out = map(pathlib.Path, sys.argv[1:])
 terminal = said("evaluate", folder, "--json", out / "all.json", "--table", out / "cycles.csv",
                 "--run-table", out / "runs.csv", "--jobs", 1, "--draws", 200)
 document = json.loads((out / "all.json").read_text())
-source = read_source(folder, document)
+source = replace(read_source(folder, document), detailed=True)
 sides = side_by_side([source, read_source(folder, document)], ReportFields())
 found = {
     "none": said("runs", folder, "--where", "hysteresis > 1e6", "--json", "-"),

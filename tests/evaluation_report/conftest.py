@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from bufferstand.evaluation.report.source.source import ReportSource
 from tests.evaluation_report.make_runs import hand_made_document, write_campaign
 
 
-@dataclass(frozen=True)
+@dataclass
 class Made:
     """A report of the whole campaign."""
 
@@ -27,6 +28,11 @@ class Made:
     figures: tuple[str, ...]
     html: str
     pdf: bytes
+
+    @cached_property
+    def detailed(self) -> Content:
+        """The same report with the tables by cycle and every budget in its annex."""
+        return build_content(replace(self.source, detailed=True))
 
 
 @pytest.fixture(scope="session")

@@ -118,6 +118,20 @@ def test_on_a_phone_the_page_does_not_scroll_sideways(opened: Opened) -> None:
     assert beyond == []
 
 
+def test_on_a_phone_figures_fit_and_verdicts_show(opened: Opened) -> None:
+    opened.page.set_viewport_size(PHONE)
+    images = opened.page.locator("figure img")
+    rights = images.evaluate_all("all => all.map(i => i.getBoundingClientRect().right)")
+    assert rights
+    assert max(rights) <= PHONE["width"]
+    verdicts = opened.page.locator("td:is(.good, .open, .bad):last-child").filter(visible=True)
+    sides = verdicts.evaluate_all(
+        "all => all.map(c => c.getBoundingClientRect()).map(r => [r.left, r.right])"
+    )
+    assert len(sides) > 10
+    assert all(0.0 <= left < right <= PHONE["width"] + 1.0 for left, right in sides)
+
+
 def test_every_figure_is_drawn(opened: Opened, report: Made) -> None:
     images = opened.page.locator("figure img")
     assert images.count() == len(report.content.pictures())

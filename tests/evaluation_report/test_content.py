@@ -13,7 +13,7 @@ import pytest
 from bufferstand.daq.motions.force_rows import ForceTurns, force_row
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content.content import DASH, Cell, Column, Content, Table, VerdictLine
-from bufferstand.evaluation.report.sections.statements import deviations_section
+from bufferstand.evaluation.report.sections.statements import deviations_section, targets_section
 from bufferstand.evaluation.report.sections.verdicts import (
     is_condition,
     name_of,
@@ -78,7 +78,7 @@ def tables(content: Content) -> list[Table]:
 
 
 def test_every_run_every_requirement_and_every_file_is_there(report: Made) -> None:
-    by_title = {table.title: table for table in tables(report.content)}
+    by_title = {table.title: table for table in tables(report.detailed)}
     for title in ("What was run", "What came out", "Raw data", "The steps"):
         assert [row[0].text for row in by_title[title].rows] == [str(n) for n in range(1, 12)]
     ids = [row[1].text for row in by_title["What was run"].rows]
@@ -94,13 +94,16 @@ def test_every_run_every_requirement_and_every_file_is_there(report: Made) -> No
             r["verdict"].replace("-", " ") for r in wanted
         }
     text = everything(report.content)
+    assert not [
+        one for one in tables(report.content) if one.title.startswith(("Cycles:", "Run 1 (static-1)"))
+    ]
     for run in report.source.runs:
         assert run.sha256 in text
         assert run.file in text
 
 
 def test_every_cycle_of_a_short_run_is_there_and_a_long_run_says_what_is_left_out(report: Made) -> None:
-    (table,) = [t for t in tables(report.content) if t.title.startswith("Cycles: stroke")]
+    (table,) = [t for t in tables(report.detailed) if t.title.startswith("Cycles: stroke")]
     count = {
         run.number: sum(row[0].text == str(run.number) for row in table.rows) for run in report.source.runs
     }
@@ -116,10 +119,9 @@ def test_the_report_id_is_a_hash_of_the_content(report: Made) -> None:
     (first, *_) = report.content.pictures()
     curve = dataclasses.replace(first.plot.curves[0], y=first.plot.curves[0].y + 1.0)
     moved = dataclasses.replace(first, plot=dataclasses.replace(first.plot, curves=(curve,)))
-    section = next(s for s in report.content.sections if s.id == "figures")
-    changed = dataclasses.replace(section, blocks=(moved, *section.blocks[1:]))
-    sections = tuple(changed if s.id == "figures" else s for s in report.content.sections)
-    assert dataclasses.replace(report.content, sections=sections).report_id != report.content.report_id
+    certificate = tuple(moved if block is first else block for block in report.content.certificate)
+    changed = dataclasses.replace(report.content, certificate=certificate)
+    assert changed.report_id != report.content.report_id
 
 
 def test_no_missing_value_is_a_zero_a_nan_or_none(report: Made) -> None:
@@ -132,11 +134,11 @@ def test_no_missing_value_is_a_zero_a_nan_or_none(report: Made) -> None:
 
 
 def test_a_value_that_is_missing_says_why_below_its_table(report: Made) -> None:
-    (table,) = [t for t in tables(report.content) if t.title.startswith("Cycles: energy")]
+    (table,) = [t for t in tables(report.detailed) if t.title.startswith("Cycles: energy")]
     cut_off = table.rows[-1]
     assert (cut_off[0].text, cut_off[2].text) == ("11", "incomplete")
     assert (cut_off[5].text, cut_off[5].why) == (DASH, "the cycle was cut off by the stop")
-    document = report.content.document()
+    document = report.detailed.document()
     (block,) = [
         b
         for s in document["sections"]
@@ -171,8 +173,8 @@ def test_a_row_of_another_length_than_the_heading_cannot_be_made() -> None:
 
 
 def test_the_summary_says_in_words_why_it_is_inconclusive(report: Made) -> None:
-    summary = report.content.sections[0]
-    (line,) = [block for block in summary.blocks if isinstance(block, VerdictLine)]
+    (line,) = [block for block in report.content.certificate if isinstance(block, VerdictLine)]
+    assert line.subject == "EN 15551: static test, run 1"
     assert line.verdict.text == "◇ inconclusive"
     assert line.sentence == "Nothing failed; 12 of 18 requirements are met. Not decided:"
     assert line.points == (
@@ -249,12 +251,17 @@ def test_without_the_laboratory_s_facts_it_is_a_draft_that_lists_them(report: Ma
 
 
 def test_stopped_runs_are_on_top_and_in_the_deviations_with_their_reason(report: Made) -> None:
-    assert any("Run 11 stopped: specimen temperature 40.1 °C" in notice for notice in report.content.notices)
+    assert "Run 11 ended early; see Deviations and stopped runs." in report.content.notices
     (table,) = [t for t in tables(report.content) if t.title == "Runs that ended early"]
     (row,) = table.rows
     assert row[1].text == "h-80-10"
     assert "40.1 °C" in row[3].text
-    assert "3.1 s: specimen temperature" in row[4].text
+    assert row[4].why == "no event but the reason on record"
+    (run,) = [one for one in report.source.runs if one.number == 11]
+    then = (4.0, "safe-stop", "safe stop: force 0.0 kN")
+    stopped = deviations_section(with_run(report.source, 11, events=(*run.events, then)))
+    (table,) = [block for block in stopped.blocks if isinstance(block, Table)]
+    assert table.rows[0][4].text == "4.0 s: safe stop: force 0.0 kN"
 
 
 def test_a_limited_force_is_a_deviation(report: Made) -> None:
@@ -281,13 +288,18 @@ def test_a_stroke_that_was_not_reached_is_a_deviation(report: Made, missed: bool
         "cycles_off": "1-8",
         "not_reached": missed,
     }
-    section = deviations_section(with_run(report.source, 3, strokes=(row,)))
+    source = with_run(report.source, 3, strokes=(row,))
+    section, targets = deviations_section(source), targets_section(source)
+    assert targets is not None
+    assert targets.annex
     text = "\n".join(strings([dataclasses.asdict(block) for block in section.blocks]))
     told = (
         "Run 3: the stroke that was asked for was not reached: 44.95 ± 7.57 mm in place of 45.00 ± 8.00 mm."
     )
     assert (told in text) is missed
-    assert "44.95 ± 7.57" in text, "in the table, too"
+    assert "44.95 ± 7.57" in [cell.text for row in targets.blocks[0].rows for cell in row], (
+        "in the table, too"
+    )
 
 
 def test_an_overdue_calibration_is_shown_and_warned_of_by_the_day_of_the_test(report: Made) -> None:

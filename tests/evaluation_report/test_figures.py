@@ -192,3 +192,27 @@ def test_facts_of_a_plot_are_json_without_nan() -> None:
     facts = curve.facts()
     assert facts["curves"][0]["x"] == [0.0, None, 2.0]
     assert facts["x_label"] == "Stroke [mm]"
+
+
+def test_loops_that_coincide_show_their_difference_at_equal_stroke() -> None:
+    slow, fast = loop(frequency=0.1), loop(frequency=1.0)
+    stiffer = LoopCurve("2", 1, fast.stroke_mm, 1.02 * fast.force_kN + 3.0, 50.0, 20.0, 1.0)
+    below = frequency_loops([stiffer, slow], None).below
+    assert below is not None
+    assert below.y_label == "Less 0.1 Hz [kN]"
+    (curve,) = below.curves
+    up = curve.x[: int(np.flatnonzero(np.isnan(curve.x))[0])]
+    angle = np.arccos((50.0 - up) / 20.0)
+    expected = 0.02 * (4.0 * up + 20.0 * np.sin(angle)) + 3.0
+    assert curve.y[: up.size] == pytest.approx(expected, abs=0.02)
+    assert frequency_loops([slow], None).below is None
+
+
+def test_a_band_is_drawn_from_two_degrees_of_freedom_on() -> None:
+    for points, drawn in ((3, False), (4, True)):
+        f = np.linspace(0.1, 1.0, points)
+        v = 0.23 - 0.005 * f
+        series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, (f, v - 0.01, v + 0.01))
+        (fit,) = trend_plot([series], "Damping [–]").fits
+        assert (fit.lower is not None) is drawn
+        assert fit.label == f"linear fit, −0.005 per Hz, ν = {points - 2}"

@@ -131,7 +131,7 @@ def test_where_it_stands_and_where_there_is_nothing(
 ) -> None:
     identities = [section.id for section in build_content(source).sections]
     at = identities.index("first-contact")
-    assert identities[at - 1 : at + 2] == ["cycles", "first-contact", "history"]
+    assert identities[at - 1 : at + 2] == ["recorded", "first-contact", "history"]
     without: Mapping[str, Any] = report.source.document
     assert "before_after" not in without, "a document of an earlier version"
     assert {"first-contact", "history"} & {section.id for section in report.content.sections} == set()

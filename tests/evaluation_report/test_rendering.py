@@ -81,7 +81,8 @@ def test_html_says_everything_that_the_content_says(report: Made) -> None:
     document = report.content.document()
     for value in strings({key: document[key] for key in ("title", "subtitle", "notices", "missing", "head")}):
         assert squeezed(value) in text or value in {"sheet", "text"}
-    for section in document["sections"]:
+    first_page = {"title": "", "blocks": document["certificate"]}
+    for section in (first_page, *document["sections"]):
         assert squeezed(section["title"]) in text
         for block in section["blocks"]:
             table = block if block["kind"] == "table" else block.get("numbers", {})
@@ -169,7 +170,10 @@ def test_pdf_says_what_the_html_says(report: Made) -> None:
     assert "DRAFT" in text
     for picture in report.content.pictures():
         assert squeezed(f"Figure {picture.number}. {picture.caption[:40]}") in text
-        assert squeezed(f"Figure {picture.number}: {picture.numbers.title}") in text
+    assert squeezed("Figure 1: Force at round strokes") not in text
+    detailed = squeezed("".join(pages(render_pdf(report.detailed, report.figures))))
+    for picture in report.detailed.pictures():
+        assert squeezed(f"Figure {picture.number}: {picture.numbers.title}") in detailed
 
 
 def test_pdf_dates_from_the_end_of_the_last_run(report: Made) -> None:

@@ -162,7 +162,7 @@ def test_a_section_of_the_report_is_one_file(tmp_path: Path, beside: Callable[[s
     (html,) = write_report(RUN, tmp_path / "out", formats=("html",))
     text = html.read_text(encoding="utf-8")
     order = re.findall(r'<section id="([\w-]+)"', text)
-    assert order[order.index("cycles") + 1] == "power"
+    assert order[order.index("runs") + 1] == "power"
     (shown,) = re.findall(r'<section id="power">.*?</section>', text, re.DOTALL)
     assert "Power turned into heat" in shown
     absorbed_J, frequency_Hz = 496.9, 1.2732
@@ -182,7 +182,7 @@ def test_a_section_that_has_nothing_to_say_is_not_there(beside: Callable[[str], 
 @pytest.mark.parametrize(
     ("old", "new", "error", "said"),
     [
-        ('"cycles_section"', '"circles_section"', ValueError, "nothing is made by “circles_section”"),
+        ('"runs_section"', '"circles_section"', ValueError, "nothing is made by “circles_section”"),
         ("SECTION = ", "CHAPTER = ", TypeError, "power_section has no SECTION that is an AddedSection"),
     ],
 )

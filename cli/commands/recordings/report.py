@@ -36,6 +36,12 @@ from bufferstand.foundation import BadInput, how_to_add
 @click.option(
     "--model", metavar="MODEL.toml", type=FILE, help="Show what this spring model says to the same strokes."
 )
+@click.option(
+    "--annex",
+    type=click.Choice(["short", "full"]),
+    default="short",
+    help="full: also the tables by cycle, every uncertainty budget, the numbers behind the figures.",
+)
 @judging_options
 def command(
     paths: tuple[Path, ...],
@@ -44,6 +50,7 @@ def command(
     evaluation: Path | None,
     before: Path | None,
     model: Path | None,
+    annex: str,
     judging: JudgingOptions,
 ) -> None:
     """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
@@ -67,6 +74,7 @@ def command(
         model=model,
         conformity=judging.conformity,
         jobs=None,
+        detailed=annex == "full",
         earlier=None if before is None else load_evaluation(before),
     )
     if len(paths) > 1:

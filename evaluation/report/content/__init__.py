@@ -20,8 +20,10 @@ if TYPE_CHECKING:
         Texts,
         Tone,
         VerdictLine,
+        numbered,
     )
     from bufferstand.evaluation.report.content.numbers import (
+        UNBROKEN,
         fixed,
         limits_text,
         measured_cell,
@@ -30,11 +32,14 @@ if TYPE_CHECKING:
         probability_text,
         quantity_cell,
         significant,
+        span_text,
         usable,
+        value_text,
     )
 
 __all__ = [
     "DASH",
+    "UNBROKEN",
     "Block",
     "Cell",
     "Column",
@@ -53,10 +58,13 @@ __all__ = [
     "measured_cell",
     "moment_of",
     "moment_text",
+    "numbered",
     "probability_text",
     "quantity_cell",
     "significant",
+    "span_text",
     "usable",
+    "value_text",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

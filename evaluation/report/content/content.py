@@ -5,13 +5,16 @@ Every number is already text, rounded and with its unit; a missing one is a dash
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from typing import Any, Literal
 
 from bufferstand.evaluation.figures import Plot
 from bufferstand.foundation.files import content_hash
 
+_JUDGED = frozenset({"good", "bad", "open"})
 SCHEMA = "bufferstand/report/1"
 DASH = "—"
 
@@ -89,13 +92,16 @@ class VerdictLine:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure: its caption, what a person who cannot see it is told, and the numbers behind it."""
+    """A figure: its caption, what a person who cannot see it is told, and the numbers behind it.
 
-    number: int
+    It has its number when the report is whole (:func:`numbered`); 0 until then.
+    """
+
     caption: str
     alt: str
     plot: Plot
     numbers: Table
+    number: int = 0
 
 
 @dataclass(frozen=True)
@@ -126,11 +132,15 @@ _KINDS: dict[type, str] = {
 
 @dataclass(frozen=True)
 class Section:
-    """A headed part of the report; ``id`` is its anchor."""
+    """A headed part of the report; ``id`` is its anchor.
+
+    One with ``annex`` stands behind the others, in the annex.
+    """
 
     id: str
     title: str
     blocks: tuple[Block, ...]
+    annex: bool = False
 
 
 @dataclass(frozen=True)
@@ -153,6 +163,10 @@ class Content:
         End of the last run, ISO 8601, the date of the document; empty if no run has one.
     software : str
         Name and version that made it.
+    certificate : tuple of block
+        What stands on the first page below the identification; the sections begin on the next one.
+    detailed : bool
+        Whether the numbers behind the figures are printed in the annex, too.
 
     Raises
     ------
@@ -168,6 +182,8 @@ class Content:
     sections: tuple[Section, ...]
     ended: str
     software: str
+    certificate: tuple[Block, ...] = ()
+    detailed: bool = False
 
     def __post_init__(self) -> None:
         anchors = [section.id for section in self.sections]
@@ -182,9 +198,8 @@ class Content:
 
     def pictures(self) -> tuple[Picture, ...]:
         """Return the figures in the order of their numbers."""
-        return tuple(
-            block for section in self.sections for block in section.blocks if isinstance(block, Picture)
-        )
+        blocks = (*self.certificate, *(block for section in self.sections for block in section.blocks))
+        return tuple(block for block in blocks if isinstance(block, Picture))
 
     def document(self) -> dict[str, Any]:
         """Return the content as a JSON object for the renderers; figures by number, without their data.
@@ -203,13 +218,36 @@ class Content:
             "notices": list(self.notices),
             "missing": list(self.missing),
             "head": _block(self.head),
+            "certificate": [_block(block) for block in self.certificate],
             "sections": [
-                {"id": section.id, "title": section.title, "blocks": [_block(b) for b in section.blocks]}
+                {
+                    "id": section.id,
+                    "title": section.title,
+                    "annex": section.annex,
+                    "blocks": [_block(block, section.title) for block in section.blocks],
+                }
                 for section in self.sections
             ],
+            "detailed": self.detailed,
             "ended": self.ended,
             "software": self.software,
         }
+
+
+def numbered(
+    certificate: Sequence[Block], sections: Iterable[Section]
+) -> tuple[tuple[Block, ...], tuple[Section, ...]]:
+    """Return the first page and the sections, the annex last, with the figures numbered in their order."""
+    ordered = sorted(sections, key=lambda section: section.annex)
+    numbers = count(1)
+
+    def with_numbers(blocks: Sequence[Block]) -> tuple[Block, ...]:
+        return tuple(
+            replace(block, number=next(numbers)) if isinstance(block, Picture) else block for block in blocks
+        )
+
+    first = with_numbers(certificate)
+    return first, tuple(replace(section, blocks=with_numbers(section.blocks)) for section in ordered)
 
 
 def _plain(value: object) -> object:
@@ -224,8 +262,11 @@ def _plain(value: object) -> object:
     return value
 
 
-def _block(block: Block) -> dict[str, Any]:
+def _block(block: Block, section: str = "") -> dict[str, Any]:
+    """Return a block for the renderers; a title that only repeats the section's is no heading."""
     out: dict[str, Any] = {"kind": _KINDS[type(block)]}
+    if isinstance(block, Table | Sheet):
+        out["heading"] = "" if block.title == section else block.title
     match block:
         case Table():
             out |= _table(block)
@@ -266,6 +307,7 @@ def _table(table: Table) -> dict[str, Any]:
             for number, column in enumerate(table.columns)
         ],
         "rows": [[notes.cell(cell) for cell in row] for row in table.rows],
+        "judged": any(cell.tone in _JUDGED for row in table.rows for cell in row),
         "note": table.note,
         "footnotes": notes.entries(),
     }

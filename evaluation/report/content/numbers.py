@@ -10,8 +10,16 @@ from bufferstand.evaluation.report.content.content import DASH, Cell
 
 _ROUNDINGS = {entry.name: entry.rounding for entry in QUANTITIES} | {"temperature_C": Rounding(1)}
 _SIGNIFICANT = 4
-_MOST_DECIMALS = 4
+_MOST_DECIMALS = 3
 _MINUS = "−"
+_NUMBER = r"[−+]?[0-9]+(?:[.,][0-9]+)?"
+_UNIT = r"(?:kN/mm|mm/s|km/h|kN|mm|°C|K|Hz|kJ|J|kg|ms|min|s|h|t)\b"
+UNBROKEN = (
+    rf"(?:EN|ISO|[Rr]uns?|[Cc]ycles?|Figure|Table|k =|ν =) {_NUMBER}|"
+    r"--[a-z][a-z-]*|"
+    rf"{_NUMBER}(?: [±…] {_NUMBER})+(?: {_UNIT}| %)?|{_NUMBER}(?: {_UNIT}| %)"
+)
+"""What no line is broken in: a number with its uncertainty and unit, an option; kept by both renderers."""
 
 
 def fixed(value: float, decimals: int) -> str:
@@ -35,8 +43,17 @@ def with_uncertainty(value: float, expanded: float) -> str:
     """Return ``value ± U``: U with two significant digits, the value to the same place (GUM 7.2.6)."""
     if expanded <= 0.0:
         return significant(value)
-    decimals = max(0, 1 - math.floor(math.log10(expanded)))
-    return f"{fixed(value, decimals)} ± {fixed(expanded, decimals)}"
+    decimals = 1 - math.floor(math.log10(expanded))
+    if round(expanded, decimals) >= 10.0 ** (2 - decimals):  # 0.0996 is 0.10, not 0.100
+        decimals -= 1
+    value, expanded = round(value, decimals), round(expanded, decimals)
+    return f"{fixed(value, max(0, decimals))} ± {fixed(expanded, max(0, decimals))}"
+
+
+def span_text(low: float, high: float, expanded: float | None) -> str:
+    """Return ``low … high``, or one of them where both print alike; to the place of U where it is known."""
+    texts = dict.fromkeys(value_text(end, expanded).partition(" ±")[0] for end in (low, high))
+    return " … ".join(texts)
 
 
 def usable(value: object) -> float | None:
@@ -72,10 +89,15 @@ def measured_cell(value: object, expanded: object, why: str) -> Cell:
     number, uncertainty = usable(value), usable(expanded)
     if number is None:
         return Cell(DASH, "missing", why)
-    if uncertainty is None:
-        # Without an uncertainty nothing says how many digits count; the sixth decimal surely does not.
-        return Cell(significant(round(number, _MOST_DECIMALS)), "number")
-    return Cell(with_uncertainty(number, uncertainty), "number")
+    return Cell(value_text(number, uncertainty), "number")
+
+
+def value_text(value: float, expanded: float | None) -> str:
+    """Return ``value ± U``, or the value alone where no uncertainty is known."""
+    if expanded is None:
+        # Without an uncertainty nothing says how many digits count; the fourth decimal surely does not.
+        return significant(round(value, _MOST_DECIMALS))
+    return with_uncertainty(value, expanded)
 
 
 def limits_text(lower: object, upper: object) -> str:

@@ -9,14 +9,18 @@ if TYPE_CHECKING:
         comparison_pictures,
     )
     from bufferstand.evaluation.report.pictures.gallery import (
+        certificate_picture,
+        course_section,
         figures_section,
-        numbered_section,
+        model_comparison_section,
     )
 
 __all__ = [
+    "certificate_picture",
     "comparison_pictures",
+    "course_section",
     "figures_section",
-    "numbered_section",
+    "model_comparison_section",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

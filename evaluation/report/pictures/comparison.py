@@ -8,15 +8,22 @@ import numpy as np
 
 from bufferstand.evaluation.catalogue import MAIN
 from bufferstand.evaluation.figures import ChangeSeries, LoopCurve, changes_plot, labelled_loops
-from bufferstand.evaluation.report.content import Cell, Column, Table, fixed, quantity_cell, significant
-from bufferstand.evaluation.report.pictures.draft import DraftPicture
+from bufferstand.evaluation.report.content import (
+    Cell,
+    Column,
+    Picture,
+    Table,
+    fixed,
+    quantity_cell,
+    significant,
+)
 from bufferstand.evaluation.report.sections import ComparedFigures, shown_loop, start_C
 from bufferstand.evaluation.report.source import ComparedSpecimens, Condition, ReportRun
 
 MOST_LOOP_FIGURES = 8
 
 
-def comparison_pictures(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> list[DraftPicture]:
+def comparison_pictures(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> list[Picture]:
     """Return the differences of each side to the first, and the loops of the first eight shared steps."""
     conditions = list({row.condition.number: row.condition for row in compared}.values())
     pictures = [
@@ -30,7 +37,7 @@ def comparison_pictures(sides: ComparedSpecimens, compared: Sequence[ComparedFig
 
 def _changes_picture(
     sides: ComparedSpecimens, compared: Sequence[ComparedFigures], place: int
-) -> DraftPicture | None:
+) -> Picture | None:
     series, rows = [], []
     for name in MAIN.names:
         found = [
@@ -59,7 +66,7 @@ def _changes_picture(
     if not series:
         return None
     letters = [sides.sides[n].letter for n in (place, 0)]
-    return DraftPicture(
+    return Picture(
         caption=f"Differences of {letters[0]} to {letters[1]} in % of {letters[1]}, step by step. Bars: "
         "expanded uncertainty (k = 2) of the difference; where a bar reaches 0, nothing tells the two apart.",
         alt=f"Differences of {len(series)} quantities over the steps; the numbers are tabulated.",
@@ -72,7 +79,7 @@ def _changes_picture(
     )
 
 
-def _loops_picture(sides: ComparedSpecimens, condition: Condition, conditions: int) -> DraftPicture | None:
+def _loops_picture(sides: ComparedSpecimens, condition: Condition, conditions: int) -> Picture | None:
     loops: list[LoopCurve] = []
     labels, rows = [], []
     for side, run in zip(sides.sides, condition.runs, strict=True):
@@ -92,7 +99,7 @@ def _loops_picture(sides: ComparedSpecimens, condition: Condition, conditions: i
         if condition.number == 1 and conditions > MOST_LOOP_FIGURES
         else ""
     )
-    return DraftPicture(
+    return Picture(
         caption=f"Step {condition.number}, {condition.words}: loops of {len(loops)} specimens.{more}",
         alt=f"Force–stroke loops of one step: {', '.join(labels)}; the numbers are tabulated.",
         plot=labelled_loops(loops, labels),

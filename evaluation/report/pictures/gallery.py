@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from bufferstand.evaluation.catalogue import QUANTITIES
 from bufferstand.evaluation.figures import (
+    STATIC_MM,
     LoopCurve,
     Plot,
     Window,
@@ -30,65 +32,103 @@ from bufferstand.evaluation.report.content import (
     significant,
     usable,
 )
-from bufferstand.evaluation.report.pictures.draft import DraftPicture
 from bufferstand.evaluation.report.pictures.model import model_pictures
-from bufferstand.evaluation.report.pictures.timelines import timeline_pictures
+from bufferstand.evaluation.report.pictures.timelines import stroke_pictures, temperature_pictures
 from bufferstand.evaluation.report.pictures.trends import runs_of_trend, trend_pictures
-from bufferstand.evaluation.report.sections import as_recorded, columns, cycle_head, value_cell, worst
+from bufferstand.evaluation.report.sections import (
+    as_recorded,
+    columns,
+    cycle_head,
+    model_section,
+    severity,
+    value_cell,
+    worst,
+)
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, at_strokes, loop_of, runs_text
 
+_FIRST_PAGE_MM = 62.0
+"""Height of the figure on the first page."""
 _LEVEL_STEP_MM = 10.0
 _LOOP_COLUMNS = QUANTITIES.that(lambda entry: entry.shown.beside_loops)
 
 
-def figures_section(source: ReportSource) -> Section:
-    """Return every figure that the runs give something to show in."""
+def certificate_picture(source: ReportSource) -> Picture | None:
+    """Return the force over the stroke for the first page.
+
+    That of the test that the statement rests on, with its permitted ranges; else of another slow run; else
+    the loops of the harmonic runs.
+    """
+    shown = _shown_first(source)
+    if shown is not None:
+        return _static_picture(shown, _FIRST_PAGE_MM, legend=False)
+    return next(iter(_dynamic_pictures(source)), None)
+
+
+def _shown_first(source: ReportSource) -> ReportRun | None:
+    """Return the run that the first page draws, or None if no slow run can be drawn."""
+    runs = [run for run in source.runs if run.kind != "harmonic" and _loops(run)]
+    return min(runs, key=lambda run: (not run.stated, _severity(run)), default=None)
+
+
+def _severity(run: ReportRun) -> int:
+    verdict = run.evaluated.get("verdict")
+    return len(run.requirements) if verdict is None else severity(verdict)
+
+
+def figures_section(source: ReportSource) -> Section | None:
+    """Return every figure that the runs give something to show in, but for that of the first page."""
+    first = _shown_first(source)
+    slow = [run for run in source.runs if run.kind != "harmonic" and run is not first]
     pictures = [
-        *_static_pictures(source),
-        *_dynamic_pictures(source),
+        *(picture for run in slow if (picture := _static_picture(run)) is not None),
+        *_dynamic_pictures(source)[first is None :],
         *trend_pictures(source),
         *_temperature_pictures(source),
-        *timeline_pictures(source),
-        *(model_pictures(source.runs, source.modelled) if source.modelled else ()),
+        *temperature_pictures(source),
     ]
-    return numbered_section(pictures)
+    if pictures:
+        return Section("figures", "Figures", tuple(pictures))
+    if any(run.record is not None for run in source.runs):
+        return None
+    return Section("figures", "Figures", (Texts(("No run holds samples that could be drawn.",)),))
 
 
-def numbered_section(pictures: Sequence[DraftPicture]) -> Section:
-    """Return the section of figures, numbered in their order."""
-    numbered = tuple(
-        Picture(number, one.caption, one.alt, one.plot, one.numbers)
-        for number, one in enumerate(pictures, start=1)
+def course_section(source: ReportSource) -> Section | None:
+    """Return the stroke over the campaign, for the annex."""
+    pictures = stroke_pictures(source)
+    return Section("course", "Course of the campaign", tuple(pictures), annex=True) if pictures else None
+
+
+def model_comparison_section(source: ReportSource) -> Section | None:
+    """Return by how much a given spring model misses the runs, with its figures; None without a model."""
+    section = model_section(source)
+    if section is None or source.modelled is None:
+        return None
+    return replace(section, blocks=(*section.blocks, *model_pictures(source.runs, source.modelled)))
+
+
+def _loops(run: ReportRun) -> list[LoopCurve]:
+    cycles = [cycle for cycle in run.cycles if cycle.get("complete")] or run.cycles
+    return [loop for cycle in cycles if (loop := loop_of(run, cycle)) is not None]
+
+
+def _static_picture(run: ReportRun, height_mm: float = STATIC_MM, *, legend: bool = True) -> Picture | None:
+    """Return the cycles of a run with its permitted ranges; whose these are stands in the ``legend``, too."""
+    loops = _loops(run)
+    if not loops:
+        return None
+    windows = _windows(run)
+    limits = f" with the permitted ranges of {_source_of_windows(run)}" if windows else ""
+    top = max(loops, key=lambda loop: float(np.nanmax(loop.stroke_mm)))
+    force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
+    count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
+    return Picture(
+        caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
+        alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
+        + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
+        plot=static_loops(loops, windows, _source_of_windows(run) if legend else "", height_mm=height_mm),
+        numbers=_levels_table(loops),
     )
-    if not numbered:
-        return Section("figures", "Figures", (Texts(("No run holds samples that could be drawn.",)),))
-    return Section("figures", "Figures", numbered)
-
-
-def _static_pictures(source: ReportSource) -> list[DraftPicture]:
-    pictures = []
-    for run in source.runs:
-        if run.kind == "harmonic":
-            continue
-        cycles = [cycle for cycle in run.cycles if cycle.get("complete")] or run.cycles
-        loops = [loop for cycle in cycles if (loop := loop_of(run, cycle)) is not None]
-        if not loops:
-            continue
-        windows = _windows(run)
-        limits = f" with the permitted ranges of {_source_of_windows(run)}" if windows else ""
-        top = max(loops, key=lambda loop: float(np.nanmax(loop.stroke_mm)))
-        force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
-        count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
-        pictures.append(
-            DraftPicture(
-                caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
-                alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
-                + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
-                plot=static_loops(loops, windows, _source_of_windows(run)),
-                numbers=_levels_table(loops),
-            )
-        )
-    return pictures
 
 
 def _source_of_windows(run: ReportRun) -> str:
@@ -152,7 +192,7 @@ def _levels_table(loops: Sequence[LoopCurve]) -> Table:
     return Table("Force at round strokes", tuple(columns), tuple(rows))
 
 
-def _dynamic_pictures(source: ReportSource) -> list[DraftPicture]:
+def _dynamic_pictures(source: ReportSource) -> list[Picture]:
     shown = {
         run.number: (run, cycle, loop)
         for run in source.runs
@@ -191,7 +231,7 @@ def _dynamic_pictures(source: ReportSource) -> list[DraftPicture]:
     return pictures
 
 
-def _temperature_pictures(source: ReportSource) -> list[DraftPicture]:
+def _temperature_pictures(source: ReportSource) -> list[Picture]:
     """Return a figure for each comparison of runs of one step at several temperatures."""
     pictures = []
     for comparison in source.document.get("temperature_comparisons") or []:
@@ -206,7 +246,7 @@ def _temperature_pictures(source: ReportSource) -> list[DraftPicture]:
         if len(loops) < 2:
             continue
         pictures.append(
-            DraftPicture(
+            Picture(
                 caption=f"Force over stroke of the same step at {len(loops)} temperatures of the specimen.",
                 alt=f"Force–stroke loops at {', '.join(labels)}; the numbers are tabulated.",
                 plot=labelled_loops(loops, labels),
@@ -234,12 +274,12 @@ def _static_loop(source: ReportSource) -> tuple[LoopCurve | None, str]:
 
 def _loops_picture(
     chosen: Sequence[tuple[ReportRun, Mapping[str, Any], LoopCurve]], caption: str, plot: Plot
-) -> DraftPicture:
+) -> Picture:
     highest = max(float(np.nanmax(loop.force_kN)) for _, _, loop in chosen)
     rows = []
     for run, cycle, _ in chosen:
         rows.append((*cycle_head(run, cycle), *(value_cell(entry, cycle) for entry in _LOOP_COLUMNS)))
-    return DraftPicture(
+    return Picture(
         caption=caption,
         alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
         plot=plot,

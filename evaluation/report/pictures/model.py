@@ -20,13 +20,13 @@ from bufferstand.evaluation.figures.model_comparison import RunCheck
 from bufferstand.evaluation.report.content import (
     Cell,
     Column,
+    Picture,
     Table,
     fixed,
     quantity_cell,
     significant,
     usable,
 )
-from bufferstand.evaluation.report.pictures.draft import DraftPicture
 from bufferstand.evaluation.report.source import ModelAnswer, ReportRun, loop_of, runs_text
 
 _WARM_K = 3.0
@@ -41,7 +41,7 @@ _MOTION = (
 )
 
 
-def model_pictures(runs: Sequence[ReportRun], given: ModelAnswer) -> list[DraftPicture]:
+def model_pictures(runs: Sequence[ReportRun], given: ModelAnswer) -> list[Picture]:
     """Return loops of static runs, of each prestress, and of the run that warms up most, with its history."""
     shown = [run for run in runs if run.number in given.checks]
     pictures = []
@@ -114,9 +114,9 @@ def _rise_K(check: RunCheck) -> float:  # noqa: N802 - the unit's own letter
     return float(check.answer.temperature_C[-1] - check.answer.temperature_C[0])
 
 
-def _loops_picture(pairs: Sequence[_Pair], words: str, given: ModelAnswer) -> DraftPicture:
+def _loops_picture(pairs: Sequence[_Pair], words: str, given: ModelAnswer) -> Picture:
     numbers = runs_text(dict.fromkeys(run.number for run, _, _ in pairs))
-    return DraftPicture(
+    return Picture(
         caption=f"{words} of {numbers}, measured (thin, black) and by the model {given.model.name} (dashed).",
         alt=f"{len(pairs)} measured force–stroke loops with those of the model; the numbers are tabulated.",
         plot=model_loops([pair for _, pair, _ in pairs]),
@@ -155,7 +155,7 @@ def _area(loop: LoopCurve) -> float:
     return float(np.trapezoid(loop.force_kN[whole], loop.stroke_mm[whole]))
 
 
-def _warming_pictures(run: ReportRun, given: ModelAnswer) -> list[DraftPicture]:
+def _warming_pictures(run: ReportRun, given: ModelAnswer) -> list[Picture]:
     """Return the loops and the history of a run in which the spring warms up (paper, Figs 12 and 11)."""
     check = given.checks[run.number]
     complete = [c for c in run.cycles if c.get("complete") and usable(c.get("absorbed_energy_J")) is not None]
@@ -171,7 +171,7 @@ def _warming_pictures(run: ReportRun, given: ModelAnswer) -> list[DraftPicture]:
     return [*loops, _history(run, given, complete)]
 
 
-def _history(run: ReportRun, given: ModelAnswer, complete: Sequence[Mapping[str, Any]]) -> DraftPicture:
+def _history(run: ReportRun, given: ModelAnswer, complete: Sequence[Mapping[str, Any]]) -> Picture:
     check = given.checks[run.number]
     drive, answer = check.drive, check.answer
     force = answer.force_kN
@@ -188,7 +188,7 @@ def _history(run: ReportRun, given: ModelAnswer, complete: Sequence[Mapping[str,
         temperatures.append(Trace("sensor, measured", drive.sensor_s, drive.sensor_C))
     assert run.record is not None
     first, last = (fixed(float(answer.temperature_C[n]), 1) for n in (0, -1))
-    return DraftPicture(
+    return Picture(
         caption=f"Stroke, energy absorbed by complete cycles, and temperature over time of run {run.number}, "
         f"measured and by the model {given.model.name}.",
         alt=f"Run {run.number} over time; the model's spring warms from {first} to {last} °C.",

@@ -5,9 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from bufferstand.evaluation.figures import TimelineStep, Trace, stroke_plot, temperature_plot
-from bufferstand.evaluation.report.content import DASH, Cell, Column, Table, fixed, quantity_cell, usable
-from bufferstand.evaluation.report.pictures.draft import DraftPicture
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Picture,
+    Table,
+    fixed,
+    quantity_cell,
+    usable,
+)
 from bufferstand.evaluation.report.source import (
+    CampaignClock,
     ReportRun,
     ReportSource,
     campaign_clock,
@@ -19,44 +28,57 @@ from bufferstand.evaluation.report.source import (
 from bufferstand.foundation import duration_text
 
 
-def timeline_pictures(source: ReportSource) -> list[DraftPicture]:
-    """Return temperature and stroke over the campaign, as far as there are samples."""
-    if not any(run.record is not None for run in source.runs):
+def temperature_pictures(source: ReportSource) -> list[Picture]:
+    """Return the temperatures over the campaign, with the absorbed energy; none where there is no sensor."""
+    placed = _placed(source)
+    if placed is None:
         return []
-    clock = campaign_clock(source.runs)
-    steps = steps_of(source.runs, clock)
-    note = f"Runs are shaded and numbered. {_stopped(source)}{clock.note}".strip()
-    pictures = []
+    clock, steps = placed
     traces = temperature_traces(source.runs, clock)
-    if traces:
-        limits = [run.temperature_stop_C for run in source.runs]
-        known = sorted({limit for limit in limits if limit is not None})
-        limit_text = f", limit {known[0]:g} °C" if known else ", no temperature limit on record"
-        energy = energy_trace(source.runs, clock)
-        of_energy = "" if energy is None else "; below, the energy that the complete cycles absorbed"
-        pictures.append(
-            DraftPicture(
-                caption=f"Temperatures over the campaign{limit_text}{of_energy}. {note}",
-                alt=_temperature_words(traces, known[0] if known else None),
-                plot=temperature_plot(traces, steps, known[0] if known else None, energy),
-                numbers=_temperature_table(source),
-            )
+    if not traces:
+        return []
+    limits = [run.temperature_stop_C for run in source.runs]
+    known = sorted({limit for limit in limits if limit is not None})
+    limit_text = f", limit {known[0]:g} °C" if known else ", no temperature limit on record"
+    energy = energy_trace(source.runs, clock)
+    of_energy = "" if energy is None else "; below, the energy that the complete cycles absorbed"
+    return [
+        Picture(
+            caption=f"Temperatures over the campaign{limit_text}{of_energy}. {_note(clock)}",
+            alt=_temperature_words(traces, known[0] if known else None),
+            plot=temperature_plot(traces, steps, known[0] if known else None, energy),
+            numbers=_temperature_table(source),
         )
+    ]
+
+
+def stroke_pictures(source: ReportSource) -> list[Picture]:
+    """Return the stroke over the campaign; none where there are no samples."""
+    placed = _placed(source)
+    if placed is None:
+        return []
+    clock, steps = placed
     trace = stroke_trace(source.runs, clock)
     highest = fixed(float(np.nanmax(trace.value)), 1)
-    pictures.append(
-        DraftPicture(
-            caption=f"Stroke over the campaign. {note}",
+    return [
+        Picture(
+            caption=f"Stroke over the campaign. {_note(clock)}",
             alt=f"Stroke of {len(source.runs)} runs over time, up to {highest} mm.",
             plot=stroke_plot([trace], steps),
             numbers=_stroke_table(source, steps),
         )
-    )
-    return pictures
+    ]
 
 
-def _stopped(source: ReportSource) -> str:
-    return "".join(f"Run {run.number} {run.status}: {run.reason}. " for run in source.runs if run.ended_early)
+def _placed(source: ReportSource) -> tuple[CampaignClock, list[TimelineStep]] | None:
+    if not any(run.record is not None for run in source.runs):
+        return None
+    clock = campaign_clock(source.runs)
+    return clock, steps_of(source.runs, clock)
+
+
+def _note(clock: CampaignClock) -> str:
+    return f"Runs are shaded and numbered. {clock.note}".strip()
 
 
 def _temperature_words(traces: list[Trace], limit_C: float | None) -> str:

@@ -13,13 +13,13 @@ from bufferstand.evaluation.report.content import (
     DASH,
     Cell,
     Column,
+    Picture,
     Table,
     measured_cell,
     quantity_cell,
     significant,
     usable,
 )
-from bufferstand.evaluation.report.pictures.draft import DraftPicture
 from bufferstand.evaluation.report.source import ReportSource
 
 
@@ -29,7 +29,7 @@ def runs_of_trend(source: ReportSource, trend: Mapping[str, Any]) -> list[int]:
     return [run.number for identifier in wanted for run in source.runs if run.id == identifier]
 
 
-def trend_pictures(source: ReportSource) -> list[DraftPicture]:
+def trend_pictures(source: ReportSource) -> list[Picture]:
     """Return one figure a quantity with all its series, where there are any."""
     pictures = []
     for entry in QUANTITIES.that(lambda entry: entry.shown.trend):
@@ -42,17 +42,18 @@ def trend_pictures(source: ReportSource) -> list[DraftPicture]:
             continue
         fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
         warnings = dict.fromkeys(str(w) for trend, _ in series for w in trend.get("warnings") or [])
-        band = any(one.band is not None for _, one in series)
+        plot = trend_plot([one for _, one in series], trended.axis)
+        band = any(fit.lower is not None for fit in plot.fits)
         pictures.append(
-            DraftPicture(
+            Picture(
                 caption=f"{words} over frequency"
                 + (" with linear fits" if fits else "")
-                + (" and their 95 % confidence bands" if band else "")
+                + (" and their 95 % confidence bands (ν: degrees of freedom)" if band else "")
                 + ". Bars: expanded uncertainty (k = 2). "
                 + " ".join(_sentence(warning) for warning in warnings),
                 alt=f"{words} of {len(series)} series over frequency. "
                 + " ".join(f"{one.label}: {_slope_text(trend, unit)}." for trend, one in series),
-                plot=trend_plot([one for _, one in series], trended.axis),
+                plot=plot,
                 numbers=_numbers(source, [trend for trend, _ in series], words, unit),
             )
         )

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Sequence
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.content import UNBROKEN, Content
+
+_UNBROKEN = re.compile(UNBROKEN)
 
 
 def render_html(content: Content, figures: Sequence[str]) -> str:
@@ -35,6 +38,7 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters["kept"] = kept
     images = ["data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode() for svg in figures]
     assert environment.loader is not None
     style, _, _ = environment.loader.get_source(environment, "report.css")
@@ -42,3 +46,12 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
     return environment.get_template("report.html.j2").render(
         report=content.document(), images=images, style=Markup(style)
     )
+
+
+def kept(text: str) -> Markup:
+    """Return text for HTML in which no line is broken within a number and its unit."""
+    pieces, end = [], 0
+    for found in _UNBROKEN.finditer(text):
+        pieces += [escape(text[end : found.start()]), Markup('<span class="kept">{}</span>').format(found[0])]
+        end = found.end()
+    return Markup("").join([*pieces, escape(text[end:])])

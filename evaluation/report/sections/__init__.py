@@ -11,6 +11,12 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.sections.budgets import (
         budgets_section,
+        further_budgets_section,
+    )
+    from bufferstand.evaluation.report.sections.certificate import (
+        key_values,
+        signatures,
+        statement,
     )
     from bufferstand.evaluation.report.sections.comparison import (
         ComparedFigures,
@@ -63,6 +69,7 @@ if TYPE_CHECKING:
         columns,
         cycle_head,
         cycles_section,
+        recorded_section,
         runs_section,
         value_cell,
     )
@@ -78,13 +85,14 @@ if TYPE_CHECKING:
         deviations_section,
         not_as_required,
         opinions_section,
+        remarks_section,
         rule_section,
-        statements_section,
+        targets_section,
         warnings_section,
     )
     from bufferstand.evaluation.report.sections.verdicts import (
         requirements_section,
-        summary_section,
+        severity,
         worst,
     )
 
@@ -108,9 +116,11 @@ __all__ = [
     "data_section",
     "deviations_section",
     "evidence_section",
+    "further_budgets_section",
     "head",
     "history_section",
     "identification",
+    "key_values",
     "laboratory",
     "missing_references",
     "model_section",
@@ -120,18 +130,22 @@ __all__ = [
     "opinions_section",
     "overdue",
     "plausibility_section",
+    "recorded_section",
     "reevaluation_notice",
     "reevaluation_section",
+    "remarks_section",
     "requirements_section",
     "rule_section",
     "runs_section",
+    "severity",
     "shown_loop",
+    "signatures",
     "simulated_notice",
     "software_section",
     "spoiled_notice",
     "start_C",
-    "statements_section",
-    "summary_section",
+    "statement",
+    "targets_section",
     "temperature_section",
     "value_cell",
     "warnings_section",

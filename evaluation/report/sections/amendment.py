@@ -15,7 +15,6 @@ def amendment_section(source: ReportSource) -> Section | None:
     sheet = Sheet(
         "",
         (
-            ("Replaces report", given(fields.amends)),
             ("Issued", given(fields.amends_issued)),
             ("Reason", given(fields.amendment_reason)),
         ),

@@ -1,4 +1,4 @@
-"""The linear uncertainty budgets of the runs, as the evaluation document states them."""
+"""The linear uncertainty budgets of the evaluation document: one in the text, the others in the annex."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ _EXPLANATION = (
     "energies alike and leaves damping, their ratio, untouched. The last row is the standard uncertainty of "
     "record, by Monte Carlo propagation through the whole loop (JCGM 101)."
 )
+_WORST = "The budget shown is that of run {}, whose results are the least certain; see Uncertainty by run."
+_NO_BUDGET = "this run has no budget of it"
 _MANY = "one line for several inputs: there is no single sensitivity"
 _NONE = "no error of this kind, or it does not reach this result"
 _OWN = "another one for each result"
@@ -36,17 +38,69 @@ _NOT_DRAWN = "not propagated by Monte Carlo"
 
 
 def budgets_section(source: ReportSource) -> Section | None:
-    """Return a table for each run that has budgets, or None if none has."""
-    tables = [table for run in source.runs if (table := _table(run)) is not None]
-    if not tables:
+    """Return the budget of the run whose results are the least certain, or None if no run has one."""
+    runs = _runs_with_budgets(source)
+    if not runs:
         return None
-    return Section("uncertainty-budget", "Uncertainty budget", (Texts((_EXPLANATION,)), *tables))
+    least = max(runs, key=lambda run: max(_share(budget) for budget in _budgets(run)))
+    texts = (_WORST.format(least.number),) if len(runs) > 1 else ()
+    return Section("uncertainty-budget", "Uncertainty budget", (Texts((*texts, _EXPLANATION)), _table(least)))
 
 
-def _table(run: ReportRun) -> Table | None:
-    budgets = [b for b in run.evaluated.get("budget") or [] if b.get("quantity") in _SYMBOLS]
-    if not budgets:
+def further_budgets_section(source: ReportSource) -> Section | None:
+    """Return the other runs' uncertainties in a row each, in a detailed report their whole budgets.
+
+    None where one run or none has a budget.
+    """
+    runs = _runs_with_budgets(source)
+    if len(runs) < 2:
         return None
+    tables = tuple(_table(run) for run in runs) if source.detailed else (_overview(runs),)
+    return Section("further-budgets", "Uncertainty by run", tables, annex=True)
+
+
+def _budgets(run: ReportRun) -> list[Mapping[str, Any]]:
+    return [b for b in run.evaluated.get("budget") or [] if b.get("quantity") in _SYMBOLS]
+
+
+def _runs_with_budgets(source: ReportSource) -> list[ReportRun]:
+    return [run for run in source.runs if _budgets(run)]
+
+
+def _of_record(budget: Mapping[str, Any]) -> float:
+    """Return the standard uncertainty by Monte Carlo, or the combined one where none was drawn."""
+    drawn = usable(budget.get("monte_carlo_standard_uncertainty"))
+    return float(budget["standard_uncertainty"]) if drawn is None else drawn
+
+
+def _share(budget: Mapping[str, Any]) -> float:
+    return abs(_of_record(budget) / budget["value"]) if budget["value"] else 0.0
+
+
+def _overview(runs: Sequence[ReportRun]) -> Table:
+    """Return a row a run: the standard uncertainty of each result, and what contributes most to it."""
+    names = list(dict.fromkeys(b["quantity"] for run in runs for b in _budgets(run)))
+    columns = [Column("Run")]
+    for name in names:
+        columns += [Column(f"u({_SYMBOLS[name]})", "%"), Column(f"of u({_SYMBOLS[name]}) most")]
+    rows = []
+    for run in runs:
+        found = {b["quantity"]: b for b in _budgets(run)}
+        cells = [Cell(str(run.number), "number")]
+        for name in names:
+            budget = found.get(name)
+            if budget is None:
+                cells += [Cell(DASH, "missing", _NO_BUDGET)] * 2
+                continue
+            most = max(budget["sources"], key=lambda line: abs(line["contribution"]), default=None)
+            cells.append(_percent(_of_record(budget), budget["value"]))
+            cells.append(Cell(DASH, "missing", _NONE) if most is None else Cell(str(most["source"])))
+        rows.append(tuple(cells))
+    return Table("Standard uncertainty of each run, and its largest source", tuple(columns), tuple(rows))
+
+
+def _table(run: ReportRun) -> Table:
+    budgets = _budgets(run)
     names = list(dict.fromkeys(line["source"] for b in budgets for line in b["sources"]))
     columns = [Column("Source"), Column("u"), Column("ν")]
     for budget in budgets:

@@ -17,6 +17,7 @@ from bufferstand.evaluation.report.content import (
     significant,
     usable,
 )
+from bufferstand.evaluation.report.sections.identity import stand_sheet
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.foundation import duration_text
 
@@ -44,9 +45,8 @@ def conditions_section(source: ReportSource) -> Section:
                 "Conditions as recorded",
                 (Column("Condition"), Column("From … to"), Column("Unit"), Column("Seen in")),
                 tuple(rows),
-                note="Run by run: What came out, and cycle by cycle: Cycles. What the method requires of "
-                "them and whether it was kept: Statement of conformity.",
             ),
+            stand_sheet(source),
         ),
     )
 

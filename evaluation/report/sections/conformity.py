@@ -8,6 +8,7 @@ from typing import Any
 
 from bufferstand.evaluation.report.content import (
     DASH,
+    Block,
     Cell,
     Column,
     Section,
@@ -15,16 +16,25 @@ from bufferstand.evaluation.report.content import (
     Texts,
     Tone,
     limits_text,
-    significant,
+    measured_cell,
+    probability_text,
+    span_text,
     usable,
 )
-from bufferstand.evaluation.report.sections.references import draft_texts, is_draft, reference_text
-from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition, name_of, worst
+from bufferstand.evaluation.report.sections.certificate import told_on_first_page
+from bufferstand.evaluation.report.sections.limit_set import inspection_blocks
+from bufferstand.evaluation.report.sections.references import is_draft, reference_text
+from bufferstand.evaluation.report.sections.verdicts import (
+    grouped_points,
+    is_condition,
+    name_of,
+    nearest_to_a_limit,
+    worst,
+)
 from bufferstand.evaluation.report.source import (
     ReportRun,
     ReportSource,
     purpose_texts,
-    purpose_warnings,
     runs_text,
 )
 from bufferstand.evaluation.requirements import LimitSet
@@ -39,10 +49,13 @@ _STATEMENTS: dict[str, tuple[str, Tone]] = {
     "invalid": ("✗ not stated: conditions broken", "bad"),
 }
 _EXPLANATION = (
-    "A statement is that of the gravest verdict among the runs and cycles named beside it. Decision rule and "
-    "its risk: see Decision rule and uncertainty. What is not decided or "
-    "not tested is neither met nor not met."
+    "A statement is that of the gravest verdict among the runs and cycles named beside it; the value with U "
+    "and the conformance probability are those of the cycle nearest to a limit. What is not decided or not "
+    "tested is neither met nor not met."
 )
+_DRAFT = "A draft states nothing yet: what it lacks is on the first page."
+_NOT_MEASURED = "nothing was measured of it"
+_NO_PROBABILITY = "not judged by an uncertainty"
 _OPEN = frozenset({"inconclusive", "not-tested"})
 
 
@@ -52,16 +65,22 @@ class _Stated:
 
     requirement: Mapping[str, Any]
     runs: dict[int, list[int]] = field(default_factory=dict)
-    values: list[float] = field(default_factory=list)
-    verdicts: list[str] = field(default_factory=list)
+    judged: list[Mapping[str, Any]] = field(default_factory=list)
 
     def add(self, run: ReportRun, requirement: Mapping[str, Any]) -> None:
         cycles = self.runs.setdefault(run.number, [])
         if (cycle := requirement.get("cycle")) is not None:
             cycles.append(int(cycle))
-        if (value := usable(requirement.get("measured"))) is not None:
-            self.values.append(value)
-        self.verdicts.append(str(requirement["verdict"]))
+        self.judged.append(requirement)
+
+    def values(self) -> list[float]:
+        """Return what was measured of it, in the order of runs and cycles."""
+        return [value for one in self.judged if (value := usable(one.get("measured"))) is not None]
+
+    def nearest(self) -> Mapping[str, Any]:
+        """Return the row that lies nearest to a limit, of those with a measured value if there are any."""
+        measured = [one for one in self.judged if usable(one.get("measured")) is not None]
+        return min(measured or self.judged, key=nearest_to_a_limit)
 
 
 def conformity_section(source: ReportSource) -> Section | None:
@@ -74,16 +93,17 @@ def conformity_section(source: ReportSource) -> Section | None:
             stated.setdefault(key, _Stated(requirement)).add(run, requirement)
     if not stated and not source.statements:
         return None
-    drafts = draft_texts(one.requirement for one in stated.values())
-    blocks: list[Table | Texts] = [Texts(drafts)] if drafts else []
-    if texts := (*purpose_texts(source), *purpose_warnings(source)):
+    blocks: list[Block] = []
+    if texts := purpose_texts(source):
         blocks.append(Texts(texts, listed=True))
     for conditions, words in ((False, "requirements on the specimen"), (True, "conditions of the test")):
         chosen = [one for one in stated.values() if is_condition(one.requirement) is conditions]
         if chosen:
             blocks.append(_table(words, chosen))
     if stated:
-        blocks.append(Texts((_EXPLANATION,)))
+        drafts = (_DRAFT,) if any(is_draft(one.requirement) for one in stated.values()) else ()
+        blocks.append(Texts((_EXPLANATION, *drafts)))
+    blocks += inspection_blocks(source)
     return Section("conformity", "Statement of conformity by clause", tuple(blocks))
 
 
@@ -91,52 +111,71 @@ def _table(words: str, stated: Sequence[_Stated]) -> Table:
     return Table(
         f"Conformity: {words}",
         (
-            Column("Standard, clause or source"),
             Column("Requirement"),
+            Column("Clause"),
             Column("Permitted"),
             Column("Unit"),
-            Column("Measured, least … greatest"),
-            Column("Of runs (cycles)"),
+            Column("Least … greatest"),
+            Column("Measured ± U"),
+            Column("Conf. prob."),
+            Column("Runs (cycles)"),
             Column("Statement"),
         ),
-        tuple(_row(one) for one in sorted(stated, key=lambda one: reference_text(one.requirement))),
+        tuple(_row(one) for one in stated),
     )
 
 
 def _row(one: _Stated) -> tuple[Cell, ...]:
-    requirement = one.requirement
+    requirement, nearest = one.requirement, one.nearest()
     unit = str(requirement.get("unit") or "")
-    text, tone = _STATEMENTS[worst(one.verdicts)]
+    text, tone = _STATEMENTS[worst([str(row["verdict"]) for row in one.judged])]
     draft = ", draft" if is_draft(requirement) else ""
+    probability = usable(nearest.get("conformance_probability"))
     return (
-        Cell(reference_text(requirement)),
         Cell(name_of(requirement)),
+        _clause(requirement),
         Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
         Cell("–" if unit in {"", "1"} else unit),
-        _range(one.values),
+        _range(one.values(), usable(nearest.get("expanded_uncertainty"))),
+        measured_cell(nearest.get("measured"), nearest.get("expanded_uncertainty"), _NOT_MEASURED),
+        Cell(DASH, "missing", _NO_PROBABILITY)
+        if probability is None
+        else Cell(probability_text(probability), "number"),
         Cell("; ".join(_of(number, cycles) for number, cycles in one.runs.items())),
         Cell(text + draft, tone),
     )
 
 
-def _range(values: Sequence[float]) -> Cell:
+def _clause(requirement: Mapping[str, Any]) -> Cell:
+    """Return the clause; or a dash whose footnote says where the number is from."""
+    reference = reference_text(requirement)
+    return Cell(reference) if requirement.get("clause") else Cell(DASH, "missing", reference)
+
+
+def _range(values: Sequence[float], expanded: float | None) -> Cell:
     if not values:
-        return Cell(DASH, "missing", "nothing was measured of it")
-    low, high = significant(min(values)), significant(max(values))
-    return Cell(low if low == high else f"{low} … {high}", "number")
+        return Cell(DASH, "missing", _NOT_MEASURED)
+    return Cell(span_text(min(values), max(values), expanded), "number")
 
 
 def _of(number: int, cycles: Sequence[int]) -> str:
     return f"{number} ({', '.join(map(str, cycles))})" if cycles else str(number)
 
 
-def not_tested_section(source: ReportSource) -> Section:
-    """Return what was not tested or not decided, each with the reason; never left out."""
-    items = [
-        f"Run {run.number}: {point}."
-        for run in source.runs
-        for point in grouped_points([r for r in run.stated if r["verdict"] in _OPEN])
-    ]
+def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Section:
+    """Return what was not tested or not decided, each with the reason; never left out.
+
+    What the statement on the ``first_page`` gives the reason of is named only.
+    """
+    told = told_on_first_page(source) if first_page else None
+    items = []
+    for run in source.runs:
+        rows = [row for row in run.stated if row["verdict"] in _OPEN]
+        if rows and run is told:
+            names = ", ".join(dict.fromkeys(name_of(row) for row in rows))
+            items.append(f"Run {run.number}: {names}. The reasons stand on the first page.")
+        else:
+            items += [f"Run {run.number}: {point}." for point in grouped_points(rows)]
     items += [text for limits in source.limit_sets for text in _parts_without_a_run(source, limits)]
     items += source.fields.not_tested
     without = [run.number for run in source.runs if run.evaluated.get("verdict") is None]
@@ -145,12 +184,6 @@ def not_tested_section(source: ReportSource) -> Section:
             f"Of {runs_text(without)} nothing is required; they state characteristics and no conformity."
         )
     known = {limits.sha256 for limits in source.limit_sets}
-    if others := [run.number for run in source.runs if run.characterises]:
-        named = runs_text(others)
-        items.append(
-            f"{named[:1].upper()}{named[1:]}: characterisation; what was judged is no part of the statement "
-            "of conformity."
-        )
     unknown = {
         str(limits.get("id"))
         for run in source.runs

@@ -61,7 +61,7 @@ def evidence_section(source: ReportSource) -> Section | None:
         ),
         tuple(_row(run) for run in runs),
     )
-    return Section("evidence", "Skew, draw wires and inertia", (Texts((_EXPLANATION,)), table))
+    return Section("evidence", "Skew, draw wires and inertia", (Texts((_EXPLANATION,)), table), annex=True)
 
 
 def _row(run: ReportRun) -> tuple[Cell, ...]:

@@ -51,7 +51,7 @@ def contact_section(source: ReportSource) -> Section | None:
     runs = [(run, contact) for run in source.runs if (contact := run.evaluated.get("first_contact"))]
     zeros = _zeros_table(source)
     if not runs:
-        return None if zeros is None else Section("first-contact", "First contact", (zeros,))
+        return None if zeros is None else Section("first-contact", "First contact", (zeros,), annex=True)
     table = Table(
         "Place of first contact",
         (
@@ -67,7 +67,9 @@ def contact_section(source: ReportSource) -> Section | None:
         "contact is negative. Off: by more than U and what the channels state. Requirements that this could "
         "change say so in their reason.",
     )
-    return Section("first-contact", "First contact", (table,) if zeros is None else (zeros, table))
+    return Section(
+        "first-contact", "First contact", (table,) if zeros is None else (zeros, table), annex=True
+    )
 
 
 def _zeros_table(source: ReportSource) -> Table | None:
@@ -140,7 +142,7 @@ def history_section(source: ReportSource) -> Section | None:
     ]
     if not blocks:
         return None
-    return Section("history", "What the records hold besides", tuple(blocks))
+    return Section("history", "What the records hold besides", tuple(blocks), annex=True)
 
 
 _HOLDS = (

@@ -111,24 +111,50 @@ def test_dates(source: ReportSource) -> Cell:
     if not starts:
         return Cell(DASH, "missing", NOT_RECORDED)
     first, last = moment_text(min(starts).isoformat()), moment_text(max(ends or starts).isoformat())
+    day, _, time = str(first).partition(" ")
+    if str(last).startswith(f"{day} "):
+        return Cell(f"{day}, {time.rpartition(' ')[0]} to {str(last).partition(' ')[2]}")
     return Cell(f"{first} to {last}")
 
 
-def head(source: ReportSource, software: str) -> Sheet:
-    """Return the identification at the top of the report."""
-    return Sheet(
-        "",
-        (
-            *((("Number", Cell(source.fields.number)),) if source.fields.number else ()),
-            *((("Replaces report", Cell(source.fields.amends)),) if source.fields.amends else ()),
-            ("Specimen", source.common("specimen", "id")),
-            ("Campaign", _campaign(source)),
-            ("Test stand", stand_text(source)),
-            ("Operator", given(operator(source), NOT_RECORDED)),
-            ("Tested", test_dates(source)),
-            ("Recorded with", _recording_software(source)),
-            ("Evaluated with", Cell(software)),
-        ),
+def head(source: ReportSource) -> Sheet:
+    """Return the identification on the first page; what is missing stands in the list of a draft instead."""
+    fields = source.fields
+    facts = (
+        ("Number", fields.number),
+        ("Replaces report", fields.amends),
+        ("Laboratory", laboratory(source)),
+        ("Address", fields.laboratory_address),
+        ("Place of the test", fields.place_of_test),
+        ("Customer", customer(source)),
+        ("Customer’s address", fields.customer_address),
+        *_specimen(source),
+        ("Its condition", fields.specimen_condition),
+        ("Specimen received", fields.received),
+        ("Sampling", fields.sampling),
+        ("Test method", fields.method),
+        ("Campaign", _campaign(source)),
+        ("Test stand", stand_text(source)),
+        ("Tested", test_dates(source)),
+        ("Report issued", fields.issued),
+    )
+    cells = [(name, value if isinstance(value, Cell) else given(value)) for name, value in facts]
+    return Sheet("", tuple((name, cell) for name, cell in cells if cell.tone != "missing"))
+
+
+def _specimen(source: ReportSource) -> tuple[tuple[str, Cell], ...]:
+    """Return what tells the specimen from others, in few lines."""
+    what = [_specimen_fact(source, key) for key in ("kind", "category", "elastic_system", "max_stroke_mm")]
+    words = ("{}", "category {}", "{}", "full stroke {} mm")
+    known = [form.format(one.text) for form, one in zip(words, what, strict=True) if one.tone != "missing"]
+    made = [_specimen_fact(source, key).text for key in ("maker", "year")]
+    return (
+        ("Specimen", _specimen_fact(source, "id")),
+        ("Kind", given(", ".join(known), NOT_RECORDED)),
+        ("Maker, year", given(", ".join(text for text in made if text != DASH), NOT_RECORDED)),
+        ("Serial number", _specimen_fact(source, "serial")),
+        ("Assembled", _specimen_fact(source, "assembled")),
+        ("Description", _specimen_fact(source, "description")),
     )
 
 
@@ -137,7 +163,8 @@ def _campaign(source: ReportSource) -> Cell:
     return source.common("run", "campaign") if titled.tone == "missing" or not titled.text else titled
 
 
-def _recording_software(source: ReportSource) -> Cell:
+def recording_software(source: ReportSource) -> Cell:
+    """Return what recorded the runs, with the runs of each where they differ."""
     versions: dict[str, list[int]] = {}
     for run in source.runs:
         parts = (run.fact("software", "name"), run.fact("software", "version"))
@@ -149,33 +176,10 @@ def _recording_software(source: ReportSource) -> Cell:
     return Cell("; ".join(f"{version or DASH} ({runs_text(of)})" for version, of in versions.items()))
 
 
-def identification(source: ReportSource, specimens: Sequence[tuple[str, ReportSource]] = ()) -> Section:
-    """Return the section on laboratory, customer, specimen, stand and dates.
-
-    ``specimens`` are those of a comparison, each with the title of its sheet; otherwise there is one.
-    """
-    sheets = [specimen_sheet(title, of) for title, of in specimens or (("Specimen", source),)]
-    return Section("identification", "Identification", (_parties(source), *sheets, _stand(source)))
-
-
-def _parties(source: ReportSource) -> Sheet:
-    fields = source.fields
-    return Sheet(
-        "Laboratory and customer",
-        (
-            ("Laboratory", given(laboratory(source))),
-            ("Address", given(fields.laboratory_address)),
-            ("Place of the test", given(fields.place_of_test)),
-            ("Customer", given(customer(source))),
-            ("Customer’s address", given(fields.customer_address)),
-            ("Test method", given(fields.method)),
-            ("Specimen received", given(fields.received)),
-            ("Its condition", given(fields.specimen_condition, "not stated in report.toml")),
-            ("Tested", test_dates(source)),
-            ("Report issued", given(fields.issued)),
-            *((("Sampling", Cell(fields.sampling)),) if fields.sampling else ()),
-        ),
-    )
+def identification(specimens: Sequence[tuple[str, ReportSource]]) -> Section:
+    """Return the facts of the specimens of a comparison, each with the title of its sheet."""
+    sheets = [specimen_sheet(title, of) for title, of in specimens]
+    return Section("identification", "Identification", tuple(sheets))
 
 
 def specimen_sheet(title: str, source: ReportSource) -> Sheet:
@@ -187,13 +191,23 @@ def _specimen_fact(source: ReportSource, key: str) -> Cell:
     cell = source.common("specimen", key)
     if cell.text == "":
         return Cell(DASH, "missing", NOT_RECORDED)
+    if key == "max_stroke_mm" and (stroke := _number(cell.text)) is not None:
+        return Cell(significant(stroke))
     if key == "assembled" and (moment := moment_text(cell.text)) is not None:
         return Cell(moment)
     return cell
 
 
-def _stand(source: ReportSource) -> Sheet:
-    facts: list[tuple[str, Cell]] = [("Test stand", stand_text(source)), ("Controller", _identity(source))]
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:  # specimens with several, each with its runs
+        return None
+
+
+def stand_sheet(source: ReportSource) -> Sheet:
+    """Return the controller, and the limits in force during the runs."""
+    facts: list[tuple[str, Cell]] = [("Controller", _identity(source))]
     for name, key, unit in (
         ("Force limit", "force_max_kN", "kN"),
         ("Stroke limit", "stroke_max_mm", "mm"),

@@ -48,7 +48,9 @@ def plausibility_section(source: ReportSource) -> Section | None:
         tuple(rows),
         note="Each of them in words, and what to do about it: Warnings.",
     )
-    return Section("plausibility", "Plausibility of the channels", (Texts((_EXPLANATION,)), table))
+    return Section(
+        "plausibility", "Plausibility of the channels", (Texts((_EXPLANATION,)), table), annex=True
+    )
 
 
 def spoiled_notice(source: ReportSource) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The tables of results: a row a run, its extremes, and a row a cycle."""
+"""The tables of results: a row a run; in the annex how it was run, its extremes, and a row a cycle."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def _why_missing(part: Mapping[str, Any], name: str) -> str:
     return str((part.get("missing") or {}).get(name) or "; ".join(part.get("why") or ()) or _UNSAID)
 
 
-def runs_section(source: ReportSource) -> Section:
-    """Return what was done in each run and what came out of it."""
+def recorded_section(source: ReportSource) -> Section:
+    """Return what was done in each run, and the extremes of its samples."""
     done = Table(
         "What was run",
         (
@@ -75,11 +75,16 @@ def runs_section(source: ReportSource) -> Section:
             Column("Step"),
             Column("Started"),
             Column("Length"),
-            Column("Cycles: complete / used"),
+            Column("Cycles / used"),
             Column("Ended"),
         ),
         tuple(_done(run) for run in source.runs),
     )
+    return Section("recorded", "Runs as recorded", (done, extremes_table(source)), annex=True)
+
+
+def runs_section(source: ReportSource) -> Section:
+    """Return what came out of each run."""
     results = Table(
         "What came out",
         (
@@ -102,7 +107,7 @@ def runs_section(source: ReportSource) -> Section:
             else ""
         ),
     )
-    return Section("runs", "Runs", (done, results, extremes_table(source)))
+    return Section("runs", "Runs", (results,))
 
 
 def _done(run: ReportRun) -> tuple[Cell, ...]:
@@ -164,8 +169,10 @@ def _temperature_of_run(run: ReportRun) -> Cell:
     return Cell(f"{known_starts[0]:.1f} → {warmest.value:.1f}".replace("-", "−"), "number")
 
 
-def cycles_section(source: ReportSource) -> Section:
-    """Return the tables with a row for each cycle: how it was run, and what came out."""
+def cycles_section(source: ReportSource) -> Section | None:
+    """Return the tables with a row for each cycle of a detailed report, or None."""
+    if not source.detailed:
+        return None
     chosen = [(run, cycle) for run in source.runs for cycle in _printed(run)]
     left_out = [
         f"run {run.number}: {len(_printed(run))} of {len(run.cycles)}"
@@ -201,7 +208,7 @@ def cycles_section(source: ReportSource) -> Section:
         note="With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
         "absorbed over the stored energy; it is not the loss factor.",
     )
-    return Section("cycles", "Cycles", (motion, energy))
+    return Section("cycles", "Cycles", (motion, energy), annex=True)
 
 
 def _printed(run: ReportRun) -> list[Mapping[str, Any]]:

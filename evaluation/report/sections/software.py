@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts, moment_text
-from bufferstand.evaluation.report.sections.identity import given
+from bufferstand.evaluation.report.sections.identity import given, recording_software
 from bufferstand.evaluation.report.source import ReportSource
 
 _NONE = (
@@ -20,8 +20,19 @@ _BAD = "The record says that values were not as agreed: these results must not b
 def software_section(source: ReportSource) -> Section:
     """Return what validated the software that evaluated the runs, or that nothing did."""
     record = source.validation
+    version = (source.document.get("software") or {}).get("version")
+    used = Sheet(
+        "",
+        (
+            ("Recorded with", recording_software(source)),
+            (
+                "Evaluated with",
+                given(f"bufferstand {version}" if version else "", "not stated in the document"),
+            ),
+        ),
+    )
     if record is None:
-        return Section("software", "Validation of the software", (Texts((_NONE,)),))
+        return Section("software", "Validation of the software", (used, Texts((_NONE,))), annex=True)
     validated, evaluated = record["software"], source.document.get("software") or {}
     compared, missed = record["values_compared"], record["values_missed"]
     facts = (
@@ -37,5 +48,5 @@ def software_section(source: ReportSource) -> Section:
         doubts.append(_OTHER)
     if not record["good"]:
         doubts.append(_BAD)
-    blocks = (Sheet("", facts), *((Texts(tuple(doubts)),) if doubts else ()))
-    return Section("software", "Validation of the software", blocks)
+    blocks = (used, Sheet("", facts), *((Texts(tuple(doubts)),) if doubts else ()))
+    return Section("software", "Validation of the software", blocks, annex=True)

@@ -12,14 +12,17 @@ from bufferstand.evaluation.report.content import (
     Column,
     Section,
     Sheet,
-    Signature,
-    Signatures,
     Table,
     Texts,
     fixed,
     significant,
 )
-from bufferstand.evaluation.report.sections.identity import calibrations, operator, overdue
+from bufferstand.evaluation.report.sections.attention import (
+    beyond_limits,
+    missed_targets,
+    near_conditions,
+)
+from bufferstand.evaluation.report.sections.identity import calibrations, overdue
 from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, purpose_warnings, runs_text
 
@@ -54,10 +57,6 @@ _UNCERTAINTY = (
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
     "the unit of the measured value. Where the record states no accuracy of its channels, none is given."
 )
-_VALIDITY = (
-    "The results relate only to the items tested. This report shall not be reproduced except in full without "
-    "approval of the laboratory."
-)
 
 
 def deviations_section(source: ReportSource) -> Section:
@@ -66,31 +65,37 @@ def deviations_section(source: ReportSource) -> Section:
     blocks: list[Texts | Table] = [Texts(tuple(dict.fromkeys(items)) or ("None.",), listed=True)]
     early = [run for run in source.runs if run.status in {"stopped", "failed", "recovered"}]
     if early:
-        rows = []
-        for run in early:
-            reason = str(run.metadata["run"].get("reason") or "")
-            events = "; ".join(
-                text if at is None else f"{fixed(at, 1)} s: {text}" for at, _, text in run.events[-3:]
-            )
-            rows.append(
-                (
-                    Cell(str(run.number), "number"),
-                    Cell(run.id, "code"),
-                    Cell(run.status, "text" if run.status == "recovered" else "bad"),
-                    Cell(reason) if reason else Cell(DASH, "missing", "no reason recorded"),
-                    Cell(events) if events else Cell(DASH, "missing", "no events recorded"),
-                )
-            )
         blocks.append(
             Table(
                 "Runs that ended early",
-                (Column("Run"), Column("Run id"), Column("Ended"), Column("Reason"), Column("Last events")),
-                tuple(rows),
+                (Column("Run"), Column("Run id"), Column("Ended"), Column("Reason"), Column("Last event")),
+                tuple(_early(run) for run in early),
                 note="Everything recorded up to that moment is kept and evaluated.",
             )
         )
-    blocks += [table for table in (_strokes(source), _forces(source)) if table is not None]
     return Section("deviations", "Deviations and stopped runs", tuple(blocks))
+
+
+def _early(run: ReportRun) -> tuple[Cell, ...]:
+    reason = str(run.metadata["run"].get("reason") or "")
+    last = next((event for event in reversed(run.events) if not reason or reason not in event[2]), None)
+    event = Cell(DASH, "missing", "no event but the reason on record")
+    if last is not None:
+        at_s, _, text = last
+        event = Cell(text if at_s is None else f"{fixed(at_s, 1)} s: {text}")
+    return (
+        Cell(str(run.number), "number"),
+        Cell(run.id, "code"),
+        Cell(run.status, "text" if run.status == "recovered" else "bad"),
+        Cell(reason) if reason else Cell(DASH, "missing", "no reason recorded"),
+        event,
+    )
+
+
+def targets_section(source: ReportSource) -> Section | None:
+    """Return what was asked, commanded and reached in each run; None where no run says it."""
+    tables = tuple(table for table in (_strokes(source), _forces(source)) if table is not None)
+    return Section("targets", "Strokes and forces reached", tables, annex=True) if tables else None
 
 
 def _pair(row: Mapping[str, Any], what: str) -> str:
@@ -132,15 +137,20 @@ def _strokes(source: ReportSource) -> Table | None:
     return Table("Strokes asked, commanded and reached", columns, tuple(rows), note=note) if rows else None
 
 
+def _signed(value: float) -> str:
+    text = fixed(value, 2)
+    return f"+{text}" if value > 0.0 and float(text) != 0.0 else text
+
+
 def _off(run: ReportRun, row: Mapping[str, Any]) -> Cell:
     """Return by how much a motion missed what was asked of the specimen, or what was expected of it."""
     if row["by_force"]:
         return Cell("turned at its force limit")
     if row["compensated"]:
         percent = row["off_percent"]
-        share = "" if percent is None else f"; amplitude {percent:+.2f} %"
+        share = "" if percent is None else f"; amplitude {_signed(percent)} %"
         cycles = f"; cycles {row['cycles_off']} of {row['cycles']}" if row.get("cycles_off") else ""
-        return Cell(f"{row['off_mm']:+.2f} mm{share}{cycles}")
+        return Cell(f"{_signed(row['off_mm'])} mm{share}{cycles}")
     expected = expected_turns(run.fact("step") or {}, row["motion"])
     if expected is None:
         return Cell(DASH, "missing", "what the plan expected of the specimen is not on record")
@@ -182,10 +192,8 @@ def _derived_deviations(source: ReportSource) -> list[str]:
         short = any(r["id"] == "full-stroke" and r["verdict"] == "inconclusive" for r in run.stated)
         if limit is not None and short:
             limited.setdefault((limit, by), []).append(run.number)
-        conditions = [requirement for requirement in run.stated if is_condition(requirement)]
-        for verdict, words in (("fail", "broken"), ("inconclusive", "not shown by the record")):
-            concerned = [requirement for requirement in conditions if requirement["verdict"] == verdict]
-            items += [f"Run {run.number}: condition {words}: {p}." for p in grouped_points(concerned)]
+        broken = [row for row in run.stated if is_condition(row) and row["verdict"] == "fail"]
+        items += [f"Run {run.number}: condition broken: {point}." for point in grouped_points(broken)]
     items += [
         f"Force limited to {limit:g} kN by {by} ({runs_text(numbers)}): full stroke was not reached."
         for (limit, by), numbers in limited.items()
@@ -214,13 +222,18 @@ def _derived_deviations(source: ReportSource) -> list[str]:
 
 
 def warnings_section(source: ReportSource) -> Section | None:
-    """Return every warning once with the runs that it concerns, or None if there is none."""
+    """Return every warning once with the runs that it concerns, or None if there is none.
+
+    What was planned, or is said with a requirement (``notes`` of the document), is no warning of a report.
+    """
     of: dict[str, list[int]] = {}
     for run in source.runs:
-        for warning in ([run.problem] if run.problem else []) + run.warnings:
+        for warning in ([run.problem] if run.problem else []) + run.attention:
             of.setdefault(warning, []).append(run.number)
-    further = [*purpose_warnings(source), *overdue(calibrations(source))]
-    further += [text for run in source.runs for text in not_as_required(run)]
+    further = [*purpose_warnings(source), *overdue(calibrations(source)), *beyond_limits(source)]
+    for run in source.runs:
+        further += [*not_as_required(run), *missed_targets(run)]
+    further += near_conditions(source)
     items = [*source.findings, *further, *(f"{_capital(runs_text(n))}: {text}" for text, n in of.items())]
     return Section("warnings", "Warnings", (Texts(tuple(items), listed=True),)) if items else None
 
@@ -304,23 +317,10 @@ def data_section(source: ReportSource) -> Section:
                 listed=True,
             )
         )
-    return Section("data", "Raw data", tuple(blocks))
+    return Section("data", "Raw data", tuple(blocks), annex=True)
 
 
-def statements_section(source: ReportSource) -> Section:
-    """Return remarks, the validity statement and who answers for the report."""
-    fields = source.fields
-    texts = Texts(
-        (
-            *fields.remarks,
-            _VALIDITY,
-        )
-    )
-    signatures = Signatures(
-        (
-            Signature("Tested by", operator(source)),
-            Signature("Checked by", fields.checked_by),
-            Signature("Authorised by", fields.authorised_by),
-        )
-    )
-    return Section("statements", "Validity and signatures", (texts, signatures))
+def remarks_section(source: ReportSource) -> Section | None:
+    """Return the laboratory's remarks; None if there are none."""
+    remarks = source.fields.remarks
+    return Section("remarks", "Remarks", (Texts(remarks),)) if remarks else None

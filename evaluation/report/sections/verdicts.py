@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bufferstand.evaluation.report.content import (
     DASH,
-    Block,
     Cell,
     Column,
     Section,
@@ -20,7 +20,7 @@ from bufferstand.evaluation.report.content import (
     probability_text,
     usable,
 )
-from bufferstand.evaluation.report.sections.limit_set import inspection_blocks, limit_set_sheets
+from bufferstand.evaluation.report.sections.limit_set import limit_set_sheets
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
 
 _NAMES = {
@@ -79,7 +79,30 @@ def run_verdict_cell(run: ReportRun) -> Cell:
 
 def worst(verdicts: Sequence[str]) -> str:
     """Return the gravest of some verdicts."""
-    return min(verdicts, key=_ORDER.index)
+    return min(verdicts, key=severity)
+
+
+def severity(verdict: object) -> int:
+    """Return the place of a verdict among all of them, the gravest first."""
+    return _ORDER.index(str(verdict))
+
+
+def nearest_to_a_limit(requirement: Mapping[str, Any]) -> tuple[int, float, float]:
+    """Return how near a requirement is to be missed, for sorting: least is nearest.
+
+    By its verdict, its conformance probability, and the distance from a limit as a share of the limits' span
+    (of the limit, where there is one).
+    """
+    low, high = (usable(requirement.get(key)) for key in ("lower_limit", "upper_limit"))
+    measured, probability = (usable(requirement.get(key)) for key in ("measured", "conformance_probability"))
+    share = math.inf
+    if measured is not None:
+        away = [measured - low] if low is not None else []
+        away += [high - measured] if high is not None else []
+        ends = [end for end in (low, high) if end is not None]
+        span = ends[-1] - ends[0] if len(ends) > 1 else sum(map(abs, ends))
+        share = min(away) / span if span else math.inf
+    return severity(requirement["verdict"]), 1.0 if probability is None else probability, share
 
 
 def name_of(requirement: Mapping[str, Any]) -> str:
@@ -140,52 +163,29 @@ def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]
     return tuple(points)
 
 
-def summary_section(source: ReportSource) -> Section:
-    """Return the verdicts, and how many runs there are, with their greatest force and their damping."""
-    judged = [run for run in source.runs if run.evaluated.get("verdict") is not None]
-    others = len(source.runs) - len(judged)
-    blocks: list[Block] = [verdict_line(run) for run in judged]
-    runs = f"{len(source.runs)} run{'s' if len(source.runs) != 1 else ''}"
-    sentence = f"{runs}, of which {len(judged)} judged against requirements."
-    if apart := sum(run.characterises for run in judged):
-        sentence += f" {apart} of these as characterisation, which no statement of conformity rests on."
-    if others:
-        sentence += f" Of the other {others} nothing is required: they state characteristics."
-    damping = [value for run in source.runs if (value := run.result("damping")) is not None]
-    forces = [
-        (one.value, one.doubt) for run in source.runs if (one := run.extreme("force_max_kN")) and one.value
-    ]
-    if forces:
-        greatest, doubt = max(forces)
-        sentence += f" Greatest force {greatest:.1f} kN{' (in doubt, see Warnings)' if doubt else ''}."
-    if damping:
-        sentence += f" Damping from {min(damping):.3f} to {max(damping):.3f}."
-    return Section("summary", "Summary", (*blocks, Texts((sentence,))))
-
-
 def requirements_section(source: ReportSource) -> Section | None:
-    """Return the requirements of every run that has any, or None if none has."""
+    """Return what runs were judged by, if any; in a detailed report each requirement by cycle, too."""
     tables = []
-    for run in source.runs:
-        ordered = sorted(run.requirements, key=_reading_order)
+    for run in source.runs if source.detailed else ():
+        ordered = sorted(run.requirements, key=reading_order)
         for conditions in (False, True):
             rows = [r for r in ordered if is_condition(r) is conditions]
             if rows:
                 tables.append(_table(run, rows, conditions=conditions))
-    if not tables:
-        return None
     judged = [requirement for run in source.runs for requirement in run.requirements]
+    if not judged:
+        return None
     standards = dict.fromkeys(str(r["standard"]) for r in judged)
     editions = dict.fromkeys(
         f"{r['standard']}, edition: {r.get('edition') or 'not on record'}." for r in judged
     )
     sets = limit_set_sheets(source)
-    blocks = (*(sets or (Texts(tuple(editions)),)), *tables, *inspection_blocks(source))
-    return Section("requirements", f"Requirements of {', '.join(standards)}", blocks)
+    blocks = (*(sets or (Texts(tuple(editions)),)), *tables)
+    return Section("requirements", f"Requirements of {', '.join(standards)}", blocks, annex=True)
 
 
-def _reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
-    """Cycle by cycle; the forces by stroke, then the energies."""
+def reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
+    """Return the place of a requirement: cycle by cycle; the forces by stroke, then the energies."""
     at = usable(requirement.get("stroke_mm"))
     return int(requirement.get("cycle") or 0), 1 if at is None else 0, at or 0.0
 

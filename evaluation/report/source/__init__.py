@@ -9,6 +9,7 @@ from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
     from bufferstand.evaluation.report.source.curves import (
+        CampaignClock,
         at_strokes,
         campaign_clock,
         energy_trace,
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MOST_SIDES",
     "NOT_RECORDED",
+    "CampaignClock",
     "ComparedSpecimens",
     "Condition",
     "Given",

@@ -120,6 +120,8 @@ class Given:
         Runs that are the conformity test of their specimen, by id or path.
     jobs : int or None
         Processes that evaluate; None: one a core, spawned: a script needs its ``__main__`` guard then.
+    detailed : bool
+        Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too.
     """
 
     options: Options = field(default_factory=Options)
@@ -129,6 +131,7 @@ class Given:
     earlier: Mapping[str, Any] | None = None
     conformity: tuple[str, ...] = ()
     jobs: int | None = 1
+    detailed: bool = False
 
 
 def read_source(
@@ -181,6 +184,7 @@ def read_source(
         modelled=None if given.model is None else apply_model(given.model, runs),
         earlier=given.earlier,
         statements=statements,
+        detailed=given.detailed,
         validation=load_validation(Path(fields.validation)) if fields.validation else None,
     )
 

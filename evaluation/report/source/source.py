@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
 from typing import Any
 
-from bufferstand.evaluation.facts import Extreme
+from bufferstand.evaluation.facts import Extreme, not_whole
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.content import DASH, Cell, moment_of, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
@@ -146,6 +146,12 @@ class ReportRun:
         return [str(warning) for warning in self.evaluated.get("warnings") or []]
 
     @property
+    def attention(self) -> list[str]:
+        """The warnings without what nobody needs to act on (``notes`` of the document), and how it ended."""
+        notes = {not_whole(self.status), *(str(text) for text in self.evaluated.get("notes") or ())}
+        return [text for text in self.warnings if text not in notes]
+
+    @property
     def started(self) -> datetime | None:
         """When the run began."""
         return moment_of(self.metadata["run"].get("started_utc"))
@@ -259,6 +265,8 @@ class ReportSource:
     """An earlier evaluation document of the same runs, to say what moved."""
     validation: Mapping[str, Any] | None = None
     """The validation record that the laboratory names (:mod:`bufferstand.evaluation.validation`), if any."""
+    detailed: bool = False
+    """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""
