@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from bufferstand.drivers.instruments import TAGS
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.thermometers import Ds2480bBus, W1Bus
 from bufferstand.foundation import BadInput, Clock
 
 
@@ -18,7 +18,7 @@ def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
     BadInput
         If a register map that one names cannot be read.
     """
-    drivers: dict[str, list[Sensor]] = {"amplifier": [], "sensor": []}
+    drivers: dict[str, list[Sensor]] = {table: [] for table in TAGS}
     for one in stand_file.instruments:
         try:
             drivers[one.kind.table].append(one.driver(clock))
@@ -28,11 +28,6 @@ def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
             raise BadInput(
                 error.problem, file=stand_file.path, place=error.place, remedy=error.remedy
             ) from None
-    thermometers: tuple[Sensor, ...] = ()
-    temperature = stand_file.temperature
-    root, adapter = stand_file.w1_root(), stand_file.onewire_port()
-    if temperature is not None and root is not None:
-        thermometers += W1Bus(root, temperature, clock).sensors
-    if temperature is not None and adapter is not None:
-        thermometers += Ds2480bBus(adapter, temperature, clock).sensors
-    return (*drivers["amplifier"], *thermometers, *drivers["sensor"])
+    for device in stand_file.thermometers:
+        drivers["temperature"] += device.drivers(clock)
+    return tuple(sensor for table in TAGS for sensor in drivers[table])

@@ -156,11 +156,29 @@ class SensorFault:
 
 
 @dataclass(frozen=True)
+class ReadingLimits:
+    """Which readings of a thermometer can be true.
+
+    Parameters
+    ----------
+    low_C, high_C : float
+        What it can show [°C].
+    power_on_C : float or None
+        What it shows when it was reset and has not measured [°C]; it may occur as a true reading, too.
+    """
+
+    low_C: float
+    high_C: float
+    power_on_C: float | None = None
+
+
+@dataclass(frozen=True)
 class StreamFacts:
     """What a stream is made of, for scaling now and for the run file.
 
     ``clock`` is ``device`` (own time stamps) or ``host`` (stamped at reception). ``simulated`` where the
-    device is known to be a simulated one: over a wire a sensor cannot say so.
+    device is known to be a simulated one: over a wire a sensor cannot say so. ``readings`` of a thermometer
+    whose kind says which can be true.
     """
 
     name: str
@@ -169,6 +187,7 @@ class StreamFacts:
     rate_Hz: float
     device: str
     simulated: bool = False
+    readings: ReadingLimits | None = None
 
 
 class Controller(Protocol):

@@ -13,6 +13,7 @@ from bufferstand.daq.guards import what_is_unguarded
 from bufferstand.daq.guards.kinds import DEFAULT_TILT_MM, SPEED_FACTOR
 from bufferstand.drivers.register_maps import SHIPPED
 from bufferstand.drivers.stand_file import StandFile
+from bufferstand.foundation.channels import recorded_thermometers
 from bufferstand.foundation.settings import NotToml, toml_content, toml_document
 from bufferstand.protocols.campaign_file import GuardTable, TripAction, ZeroTable
 from bufferstand.protocols.planning import Plan
@@ -279,8 +280,7 @@ def _of_stand(before: Mapping[str, Any], now: StandFile) -> list[LimitEdit]:
 
 
 def _thermometers(stand: Mapping[str, Any], role: str) -> int:
-    sensors = (stand.get("temperature") or {}).get("sensor", ())
-    return sum(sensor.get("role", "specimen") == role for sensor in sensors)
+    return sum(sensor.get("role", "specimen") == role for sensor in recorded_thermometers(stand))
 
 
 def _plausible(before: Mapping[str, Any], now: StandFile) -> list[LimitEdit]:

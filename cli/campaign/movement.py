@@ -84,8 +84,7 @@ def _specimen_text(specimen: Specimen) -> str:
 
 def _limits_text(plan: Plan, stand_file: StandFile) -> str:
     limits, test = plan.limits, plan.campaign.limits
-    table = stand_file.temperature
-    watched = table is not None and any(sensor.role == "specimen" for sensor in table.sensor)
+    watched = any(sensor.role == "specimen" for sensor in stand_file.temperature_sensors)
     heat = f"{test.temperature_stop_C:g} °C" if watched else "none for heat: no thermometer on the specimen"
     return (
         f"{limits.force.value:g} kN, {limits.stroke.value:g} mm, {limits.speed.value:g} mm/s, "

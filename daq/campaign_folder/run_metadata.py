@@ -13,7 +13,7 @@ from bufferstand.daq.guards import GuardSet
 from bufferstand.daq.scaling import zeroed
 from bufferstand.drivers import Identity, Stand, StreamFacts
 from bufferstand.drivers.instruments import stream_name
-from bufferstand.foundation.channels import Zero
+from bufferstand.foundation.channels import Zero, recorded_thermometers
 from bufferstand.protocols.planning import Plan, limits_of
 from bufferstand.protocols.steps import PlannedStep
 from bufferstand.recording.runfile import SPEED_KEY
@@ -69,7 +69,7 @@ class CampaignMetadata:
 
     def ambient(self) -> frozenset[str]:
         """Return the streams that may be temperatures and do not touch the specimen."""
-        sensors = (self.stand.get("temperature") or {}).get("sensor") or ()
+        sensors = recorded_thermometers(self.stand)
         ambient = {sensor["name"] for sensor in sensors if sensor.get("role") == "ambient"}
         others = self.stand.get("sensor") or ()
         return frozenset(ambient | {stream_name("sensor", number) for number in range(len(others))})

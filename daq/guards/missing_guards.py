@@ -34,14 +34,13 @@ REASON_WORDS, REASON_LETTERS = 3, 10
 
 def thermometers_on_specimen(stand_file: StandFile) -> tuple[str, ...]:
     """Return the names of the thermometers that stop a campaign."""
-    table = stand_file.temperature
-    return () if table is None else tuple(one.name for one in table.sensor if one.role == "specimen")
+    return tuple(one.name for one in stand_file.temperature_sensors if one.role == "specimen")
 
 
 def watching_of(stand_file: StandFile) -> WatchedSensors:
     """Return what the planner must know of a stand's sensors."""
-    table = stand_file.temperature
-    return WatchedSensors(power_on_C(stand_file), None if table is None else table.period_s)
+    slowest_s = max((one.settings.period_s for one in stand_file.thermometers), default=None)
+    return WatchedSensors(power_on_C(stand_file), slowest_s)
 
 
 def unguarded(plan: Plan, stand_file: StandFile, predictor: Predictor | None = None) -> tuple[str, ...]:

@@ -13,12 +13,12 @@ from bufferstand.drivers.check.clock import drift_row, fit_drift
 from bufferstand.drivers.check.hints import controller_hint, port_hint
 from bufferstand.drivers.check.rows import (
     CheckRow,
-    bus_rows,
     calibration_rows,
     channels_of,
     difference_row,
     force_rows,
     rate_row,
+    thermometer_rows,
     value_row,
 )
 from bufferstand.drivers.check.samples import POLL_S, delivery_row, missed_row, sample_rate_row, watch
@@ -28,7 +28,6 @@ from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.controllers import FAULT_TEXTS, is_read_by_one, leeway_of, who_uses
 from bufferstand.drivers.interfaces import Controller, MotionState, SampleBlock, Sensor, SensorFault
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.thermometers import roms_on_bus
 from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import Channel, PlausibilityWatch, farthest_strokes
 
@@ -72,10 +71,9 @@ def check_stand(
         If the controller's register profile cannot be read.
     """
     controller, sensors = build_controller(stand_file, clock), build_sensors(stand_file, clock)
-    root = stand_file.w1_root()
     return [
         *check_devices(stand_file, controller, sensors, clock, watch_s=watch_s),
-        *bus_rows(stand_file, () if root is None else roms_on_bus(root)),
+        *thermometer_rows(stand_file),
         *calibration_rows(channels_of(stand_file), today or date.today()),  # noqa: DTZ011 - the lab's day
     ]
 

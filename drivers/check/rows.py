@@ -9,7 +9,6 @@ from datetime import date, timedelta
 
 from bufferstand.drivers.check.verdict import Verdict
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.drivers.thermometers import looks_genuine
 from bufferstand.foundation.channels import Channel
 
 CALIBRATION_SOON = timedelta(days=30)
@@ -141,27 +140,11 @@ def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[C
         yield CheckRow(one.stream, f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
 
 
-def bus_rows(stand_file: StandFile, roms: Iterable[str]) -> Iterator[CheckRow]:
-    """Yield what is remarkable about the ROMs: sensors nobody asked for, and clones.
-
-    Parameters
-    ----------
-    stand_file : StandFile
-        With the sensors that are wanted.
-    roms : iterable of str
-        Those that the kernel sees.
-    """
-    if stand_file.temperature is None:
-        return
-    wanted = {sensor.rom: sensor.name for sensor in stand_file.temperature.sensor}
-    for rom in roms:
-        if rom not in wanted:
-            remark = "on the bus but not in the stand file; a sensor that was exchanged?"
-            yield CheckRow("1-wire", rom, "", Verdict.NOTE, remark)
-    for rom, name in wanted.items():
-        if not looks_genuine(rom):
-            remark = "its ROM is not of the maker's pattern: a clone; check its accuracy against a reference"
-            yield CheckRow(name, "rom", rom, Verdict.NOTE, remark)
+def thermometer_rows(stand_file: StandFile) -> Iterator[CheckRow]:
+    """Yield what is remarkable about the thermometers besides their readings."""
+    for device in stand_file.thermometers:
+        for note in device.kind.notes(device.settings, device.folder):
+            yield CheckRow(note.device, note.item, note.value, Verdict.NOTE, note.remark)
 
 
 def calibration_rows(channels: Iterable[tuple[str, Channel]], today: date) -> Iterator[CheckRow]:
@@ -203,6 +186,5 @@ def channels_of(stand_file: StandFile) -> Iterator[tuple[str, Channel]]:
         yield "controller", channel
     for one in stand_file.instruments:
         yield one.stream, one.channel
-    if stand_file.temperature is not None:
-        for sensor in stand_file.temperature.sensor:
-            yield sensor.name, sensor.channel()
+    for sensor in stand_file.temperature_sensors:
+        yield sensor.name, sensor.channel()

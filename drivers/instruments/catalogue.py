@@ -1,4 +1,4 @@
-"""Every kind of instrument there is: those below ``drivers/amplifiers``, and those of other packages."""
+"""Every kind of instrument there is: those in folders below ``drivers``, and those of other packages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, get_args
 
-from bufferstand.drivers.instruments.kind import TAGS, InstrumentKind, InstrumentSite, Table
+from bufferstand.drivers.instruments.kind import TAGS, InstrumentKind, InstrumentSite, SignalKind, Table
+from bufferstand.drivers.instruments.thermometer_kind import SensorEntry, ThermometerKind
+from bufferstand.drivers.instruments.wire_address import WireAddress
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.foundation import Clock, installed_kinds
 from bufferstand.foundation.channels import Channel
@@ -18,22 +20,23 @@ from bufferstand.foundation.settings import Settings
 
 GROUP = "bufferstand.instruments"
 """Entry points of this group name an :class:`InstrumentKind` each."""
-FOLDER = f"{__package__.rpartition('.')[0]}.amplifiers"
-"""Each package in this one that has a module ``kind`` is a kind."""
+_DRIVERS = __package__.rpartition(".")[0]
+FOLDERS = (f"{_DRIVERS}.amplifiers", f"{_DRIVERS}.thermometers")
+"""Each package in these has a module ``kind``, and is a kind."""
 
 Kind = InstrumentKind[Any]
 
 
 @cache
 def kinds() -> tuple[Kind, ...]:
-    """Return every kind, our own first, by their names within each.
+    """Return every kind, our own first, by their folders and names.
 
     Raises
     ------
     BadInput
         If an installed package's kind cannot be had: a stand file that needs it could not be read.
     TypeError
-        If two kinds of a list have the same name, or a schema lacks what every entry has.
+        If two kinds of a list have the same name, or one lacks what every kind or its entry has.
     """
     found: dict[tuple[str, str], Kind] = {}
     for kind in (*_in_folder(), *_installed()):
@@ -49,8 +52,27 @@ def kind_of(settings: Settings) -> Kind:
 
 
 @dataclass(frozen=True)
-class Instrument:
-    """An instrument of a stand: an entry of its file, and the kind that it is of.
+class _Entry:
+    """An entry of one of a stand file's lists of instruments."""
+
+    stream: str
+    place: tuple[str | int, ...]
+    settings: Any
+    folder: Path
+
+    @property
+    def kind(self) -> Kind:
+        """What it is."""
+        return kind_of(self.settings)
+
+    def wire(self, folder: Path | None = None) -> WireAddress:
+        """Return where it is reached, relative paths from the stand file's folder or another."""
+        return self.kind.wire(self.settings, folder or self.folder)
+
+
+@dataclass(frozen=True)
+class Instrument(_Entry):
+    """An amplifier or sensor of a stand: an entry of its file, and the kind that it is of.
 
     Parameters
     ----------
@@ -64,15 +86,12 @@ class Instrument:
         Of the stand file.
     """
 
-    stream: str
-    place: tuple[str | int, ...]
-    settings: Any
-    folder: Path
-
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> SignalKind[Any]:
         """What it is."""
-        return kind_of(self.settings)
+        kind = super().kind
+        assert isinstance(kind, SignalKind)
+        return kind
 
     @property
     def channel(self) -> Channel:
@@ -85,15 +104,55 @@ class Instrument:
         return self.kind.driver(self.settings, InstrumentSite(self.folder, clock, self.stream))
 
 
+@dataclass(frozen=True)
+class Thermometers(_Entry):
+    """A device of thermometers: an entry of ``[[temperature]]``, and the kind that it is of.
+
+    Parameters
+    ----------
+    stream : str
+        What its wire is called: ``thermometers``, ``thermometers_2`` …; a sensor's stream has its own name.
+    place : tuple of str and int
+        Of its table in the stand file.
+    settings : Settings
+        That table.
+    folder : Path
+        Of the stand file.
+    """
+
+    @property
+    def kind(self) -> ThermometerKind[Any]:
+        """What it is."""
+        kind = super().kind
+        assert isinstance(kind, ThermometerKind)
+        return kind
+
+    @property
+    def sensors(self) -> tuple[SensorEntry, ...]:
+        """Its sensors."""
+        return tuple(self.settings.sensor)
+
+    def drivers(self, clock: Clock) -> tuple[Sensor, ...]:
+        """Return the driver of each sensor, not started yet."""
+        return self.kind.drivers(self.settings, InstrumentSite(self.folder, clock, self.stream))
+
+
 def stream_name(table: Table, number: int) -> str:
-    """Return what the samples of an entry are called: of the first as its list, then numbered from 2."""
-    return table if number == 0 else f"{table}_{number + 1}"
+    """Return what an entry is called: the first as its list, then numbered from 2.
+
+    Of an amplifier or sensor that is its stream; of thermometers their wire: ``temperature_2`` is a sensor.
+    """
+    name = "thermometers" if table == "temperature" else table
+    return name if number == 0 else f"{name}_{number + 1}"
 
 
 def _demand_whole(kind: Kind) -> None:
     """Refuse a kind that leaves something out, by name."""
+    for stated in kind.stated:
+        if not hasattr(kind, stated):
+            raise TypeError(f"instrument “{kind.name}” ({kind}) does not state its {stated}")
     fields = kind.settings.model_fields
-    for key in (TAGS[kind.table], "rate_Hz", "channel"):
+    for key in (TAGS[kind.table], *kind.keys):
         if key not in fields:
             raise TypeError(f"the settings of instrument “{kind.name}” ({kind}) have no key {key}")
     if get_args(fields[TAGS[kind.table]].annotation) != (kind.name,):
@@ -101,11 +160,12 @@ def _demand_whole(kind: Kind) -> None:
 
 
 def _in_folder() -> Iterator[Kind]:
-    package = import_module(FOLDER)
-    for name in sorted(one.name for one in pkgutil.iter_modules(package.__path__) if one.ispkg):
-        kind = import_module(f"{FOLDER}.{name}.kind").KIND
-        yield from kind if isinstance(kind, tuple) else (kind,)
+    for folder in FOLDERS:
+        package = import_module(folder)
+        for name in sorted(one.name for one in pkgutil.iter_modules(package.__path__) if one.ispkg):
+            kind = import_module(f"{folder}.{name}.kind").KIND
+            yield from kind if isinstance(kind, tuple) else (kind,)
 
 
 def _installed() -> Iterator[Kind]:
-    return installed_kinds(GROUP, "instrument", lambda kind: isinstance(kind, InstrumentKind))
+    return installed_kinds(GROUP, "instrument", lambda kind: isinstance(kind, SignalKind | ThermometerKind))

@@ -15,14 +15,15 @@ from bufferstand.foundation import Clock
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings, WrongKeyError
 
-Table = Literal["amplifier", "sensor"]
-"""Lists of a stand file in which instruments stand: ``[[amplifier]]`` on a load cell, ``[[sensor]]`` else."""
-TAGS: dict[Table, str] = {"amplifier": "protocol", "sensor": "kind"}
+Table = Literal["amplifier", "temperature", "sensor"]
+"""Lists of a stand file in which instruments stand: ``[[amplifier]]`` on a load cell, ``[[temperature]]`` of
+thermometers, ``[[sensor]]`` else."""
+TAGS: dict[Table, str] = {"amplifier": "protocol", "temperature": "kind", "sensor": "kind"}
 """The key of an entry that names its kind."""
 
 
-class InstrumentSettings(Protocol):
-    """What every entry of a stand file's list says, besides the keys of its kind."""
+class SignalSettings(Protocol):
+    """What an entry of an amplifier or sensor says, besides the keys of its kind."""
 
     @property
     def rate_Hz(self) -> float:  # noqa: N802 - the unit keeps its capital
@@ -35,7 +36,7 @@ class InstrumentSettings(Protocol):
         ...
 
 
-class SerialSettings(InstrumentSettings, Protocol):
+class PortSettings(Protocol):
     """An entry of an instrument on a serial line."""
 
     @property
@@ -49,7 +50,13 @@ class SerialSettings(InstrumentSettings, Protocol):
         ...
 
 
-SettingsT = TypeVar("SettingsT", bound=InstrumentSettings)
+class SerialSettings(PortSettings, SignalSettings, Protocol):
+    """An entry of an amplifier or sensor on a serial line."""
+
+
+SettingsT = TypeVar("SettingsT")
+SignalT = TypeVar("SignalT", bound=SignalSettings)
+PortT = TypeVar("PortT", bound=PortSettings)
 SerialT = TypeVar("SerialT", bound=SerialSettings)
 
 
@@ -101,8 +108,10 @@ class NumberForm:
 class InstrumentKind(ABC, Generic[SettingsT]):
     """One kind of instrument. A stand file names it; everything else is asked of it.
 
-    A kind lies in a folder of its own below ``drivers/amplifiers``, whose ``kind.py`` has one as ``KIND``, or
-    in another package that names it as an entry point of the group ``bufferstand.instruments``.
+    A kind lies in a folder of its own below ``drivers/amplifiers`` or ``drivers/thermometers``, whose
+    ``kind.py`` has one as ``KIND``, or in another package that names it as an entry point of the group
+    ``bufferstand.instruments``. It is a :class:`SignalKind` or a
+    :class:`bufferstand.drivers.instruments.thermometer_kind.ThermometerKind`.
     """
 
     name: ClassVar[str]
@@ -110,27 +119,12 @@ class InstrumentKind(ABC, Generic[SettingsT]):
     table: ClassVar[Table]
     """In which list of a stand file it stands."""
     settings: ClassVar[type[Settings]]
-    """Schema of its entry there: a subclass of :class:`Settings` that has the keys of
-    :class:`InstrumentSettings`, and the key :data:`TAGS` names as a ``Literal`` of :attr:`name`."""
-
-    @abstractmethod
-    def driver(self, settings: SettingsT, site: InstrumentSite) -> Sensor:
-        """Return its driver, not started yet.
-
-        Raises
-        ------
-        BadInput
-            If a file that the settings name cannot be read.
-        """
-
-    @abstractmethod
-    def form(self, settings: SettingsT, folder: Path) -> NumberForm:
-        """Return in which numbers it measures: for the simulated one."""
-
-    def ends(self, settings: SettingsT, folder: Path) -> tuple[float, float] | None:
-        """Return the least and greatest count that it can deliver; None where nothing tells."""
-        form = self.form(settings, folder)
-        return (form.low, form.high) if form.whole else None
+    """Schema of its entry there: a subclass of :class:`Settings` that has the keys of :attr:`keys`, and the
+    key :data:`TAGS` names as a ``Literal`` of :attr:`name`."""
+    keys: ClassVar[tuple[str, ...]]
+    """What every entry of this list must have."""
+    stated: ClassVar[tuple[str, ...]] = ()
+    """Class variables that such a kind states besides."""
 
     @abstractmethod
     def wire(self, settings: SettingsT, folder: Path) -> WireAddress:
@@ -142,24 +136,49 @@ class InstrumentKind(ABC, Generic[SettingsT]):
 
         Parameters
         ----------
-        settings : InstrumentSettings
+        settings : Settings
         place : Path or TcpAddress
-            A serial device or a port of a host, as :meth:`wire` is one.
+            A serial device, a folder or a port of a host, as :meth:`wire` is one.
         timeout_s : float, optional
             Longest wait for a reply there [s], where the kind has such a key.
         """
 
-    def simulated(self, settings: SettingsT) -> WireDevice | None:
+
+class SignalKind(InstrumentKind[SignalT]):
+    """A kind of amplifier or sensor: it measures one channel."""
+
+    keys: ClassVar = ("rate_Hz", "channel")
+
+    @abstractmethod
+    def driver(self, settings: SignalT, site: InstrumentSite) -> Sensor:
+        """Return its driver, not started yet.
+
+        Raises
+        ------
+        BadInput
+            If a file that the settings name cannot be read.
+        """
+
+    @abstractmethod
+    def form(self, settings: SignalT, folder: Path) -> NumberForm:
+        """Return in which numbers it measures: for the simulated one."""
+
+    def ends(self, settings: SignalT, folder: Path) -> tuple[float, float] | None:
+        """Return the least and greatest count that it can deliver; None where nothing tells."""
+        form = self.form(settings, folder)
+        return (form.low, form.high) if form.whole else None
+
+    def simulated(self, settings: SignalT) -> WireDevice | None:
         """Return the simulated instrument on its serial line; None where none is simulated."""
         del settings
         return None
 
-    def unit(self, settings: SettingsT) -> int:
+    def unit(self, settings: SignalT) -> int:
         """Return the unit at which an instrument behind Modbus answers."""
         del settings
         return 1
 
-    def registers(self, settings: SettingsT, folder: Path) -> AmplifierMap | None:
+    def registers(self, settings: SignalT, folder: Path) -> AmplifierMap | None:
         """Return the register map of an instrument behind Modbus, which is simulated by it; None of others.
 
         Raises
@@ -171,14 +190,14 @@ class InstrumentKind(ABC, Generic[SettingsT]):
         return None
 
 
-class SerialKind(InstrumentKind[SerialT]):
-    """A kind on a serial line of its own: key ``port`` of its settings."""
+class OnSerialLine(InstrumentKind[PortT]):
+    """What is on a serial line of its own: key ``port`` of its settings."""
 
-    def wire(self, settings: SerialT, folder: Path) -> SerialAddress:
+    def wire(self, settings: PortT, folder: Path) -> SerialAddress:
         """Return its serial device."""
         return SerialAddress(folder / settings.port, settings.baud)
 
-    def moved(self, settings: SerialT, place: Place, timeout_s: float | None = None) -> SerialT:
+    def moved(self, settings: PortT, place: Place, timeout_s: float | None = None) -> PortT:
         """Return its settings with another serial device."""
         del timeout_s
         assert isinstance(settings, Settings)
@@ -186,7 +205,11 @@ class SerialKind(InstrumentKind[SerialT]):
         return settings.model_copy(update={"port": str(place.absolute())})
 
 
-def demand_port(settings: SerialSettings) -> None:
+class SerialKind(OnSerialLine[SerialT], SignalKind[SerialT]):
+    """A kind of amplifier or sensor on a serial line of its own."""
+
+
+def demand_port(settings: PortSettings) -> None:
     """Refuse an entry without its serial device.
 
     Raises

@@ -34,6 +34,13 @@ class TcpAddress:
     port: int
 
 
-WireAddress = SerialAddress | TcpAddress
+@dataclass(frozen=True)
+class FolderAddress:
+    """A folder of files that the kernel makes of a bus."""
+
+    path: Path
+
+
+WireAddress = SerialAddress | TcpAddress | FolderAddress
 Place = Path | TcpAddress
-"""Where else a wire may end: another serial device, or another port."""
+"""Where else a wire may end: another serial device or folder, or another port."""

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         QUIET_S,
         READ_S,
         SerialLine,
+        open_port,
         parity_of,
     )
     from bufferstand.drivers.serial_line.port_errors import (
@@ -22,6 +23,7 @@ __all__ = [
     "SerialLine",
     "cannot_be_opened",
     "is_held",
+    "open_port",
     "parity_of",
 ]
 

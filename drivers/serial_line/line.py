@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
-from bufferstand.foundation import Clock
+import serial
+
+from bufferstand.drivers.serial_line.port_errors import cannot_be_opened
+from bufferstand.foundation import Clock, DeviceFault
 
 READ_S = 0.05
 """Longest wait of one read [s]."""
@@ -84,6 +87,29 @@ class SerialLine:
             if self._clock.wall_s() >= deadline_s:
                 return False
         return True
+
+
+def open_port(path: Path, baud: int, name: str) -> serial.Serial:
+    """Open a serial port for a dialogue, for this program alone.
+
+    Parameters
+    ----------
+    path : Path
+        Serial device.
+    baud : int
+    name : str
+        What messages call the device.
+
+    Raises
+    ------
+    DeviceFault
+        If it cannot be opened, with what to do.
+    """
+    try:
+        return serial.Serial(str(path), baud, timeout=READ_S, write_timeout=QUIET_S, exclusive=True)
+    except (OSError, ValueError) as error:
+        reason = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
+        raise DeviceFault(cannot_be_opened(name, reason)) from None
 
 
 def parity_of(port: Path, even: bool) -> str:

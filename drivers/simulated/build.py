@@ -25,8 +25,10 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
     channels = stand_file.controller.channel
     have = ["controller", *(channel.name for channel in channels if channel.quantity != "command")]
     have += [one.stream for one in stand_file.instruments]
-    if stand_file.temperature is not None:
-        have += [sensor.name for sensor in stand_file.temperature.sensor]
+    thermometers = {
+        sensor.name: device.kind for device in stand_file.thermometers for sensor in device.sensors
+    }
+    have += thermometers
     target = next((one for one in stand_file.instruments if one.stream == fault.target), None)
     registers = target is not None and target.kind.registers(target.settings, target.folder) is not None
     if registers and fault.kind == "resync":
@@ -34,6 +36,13 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
             "what has registers sends no stream whose spacing could be lost",
             place=f"fault {fault}",
             remedy="use drop, delay, corrupt or duplicate",
+        )
+    kind = thermometers.get(fault.target)
+    if kind is not None and fault.kind not in kind.sensor_type.faults:
+        raise BadInput(
+            f"{fault.target} is of kind “{kind.name}”, which has no fault “{fault.kind}”",
+            place=f"fault {fault}",
+            remedy=f"its faults: {', '.join(kind.sensor_type.faults)}",
         )
     if fault.target not in have:
         raise BadInput(

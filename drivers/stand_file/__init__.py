@@ -12,22 +12,16 @@ if TYPE_CHECKING:
         load_stand,
     )
     from bufferstand.drivers.stand_file.schema import (
-        CELSIUS_PER_COUNT,
         ControllerSettings,
         Endpoints,
-        OneWireSettings,
-        SensorSettings,
         StandFile,
         wires_from,
         with_endpoints,
     )
 
 __all__ = [
-    "CELSIUS_PER_COUNT",
     "ControllerSettings",
     "Endpoints",
-    "OneWireSettings",
-    "SensorSettings",
     "StandFile",
     "load_stand",
     "power_on_C",

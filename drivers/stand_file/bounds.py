@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from bufferstand.drivers.instruments import SensorEntry, SensorType
 from bufferstand.drivers.register_maps import WHOLE_RANGES, Profile
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.channels import Calibration, Channel
+from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.numbers import TRIP_SHARE, tilt_bound_mm
 from bufferstand.foundation.settings import place_of
 
-POWER_ON_COUNTS = 1360.0
-"""Counts of a DS18B20 that has lost its supply: 85 °C in sixteenths."""
-CORRECTED_K = 5.0
-"""By so much a certificate corrects a DS18B20 at most: its data sheet allows it 0.5 K, up to 85 °C [K]."""
+POWER_ON_C = 85.0
+"""What a DS18B20 that has lost its supply shows [°C]; up to there it is exact to 0.5 K."""
 THERMOMETER_C = (0.0, 20.0, 40.0, 85.0)
 """Where its calibration is looked at [°C]."""
 COARSEST_SHARE = 0.01
@@ -68,13 +67,14 @@ def demand_stand_bounds(stand_file: StandFile, profile: Profile, text: str) -> N
 
 def power_on_C(stand_file: StandFile) -> float:  # noqa: N802 - the unit keeps its capital
     """Return what a thermometer on the specimen shows when it has lost its supply, the least of all [°C]."""
-    sensors = () if stand_file.temperature is None else stand_file.temperature.sensor
     shown = [
-        float(one.calibration.apply(POWER_ON_COUNTS))
-        for one in sensors
-        if one.role == "specimen"
-    ]  # fmt: skip
-    return min([POWER_ON_COUNTS / 16.0, *shown])
+        float(sensor.calibration.apply(power_on))
+        for device in stand_file.thermometers
+        if (power_on := device.kind.sensor_type.power_on) is not None
+        for sensor in device.sensors
+        if sensor.role == "specimen"
+    ]
+    return min([POWER_ON_C, *shown])
 
 
 def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple[str | int, ...], str]]:
@@ -102,9 +102,10 @@ def _scale_troubles(stand_file: StandFile, profile: Profile) -> list[tuple[tuple
             found.append(((*one.place, "channel", "calibration"), problem))
         if one.channel.quantity == "force" and (problem := _overload_trouble(one.channel, whole["force"])):
             found.append(((*one.place, "channel", "plausible", "overload"), problem))
-    for number, sensor in enumerate(stand_file.temperature.sensor if stand_file.temperature else ()):
-        if problem := _thermometer_trouble(sensor.calibration, sensor.name):
-            found.append((("temperature", "sensor", number, "calibration"), problem))
+    for device in stand_file.thermometers:
+        for number, sensor in enumerate(device.sensors):
+            if problem := _thermometer_trouble(device.kind.sensor_type, sensor):
+                found.append(((*device.place, "sensor", number, "calibration"), problem))
     return found
 
 
@@ -143,14 +144,15 @@ def _overload_trouble(channel: Channel, most: float) -> str:
     )
 
 
-def _thermometer_trouble(calibration: Calibration, name: str) -> str:
-    """Return where a thermometer's calibration is no correction of a DS18B20; empty if it is one."""
+def _thermometer_trouble(sensor_type: SensorType, sensor: SensorEntry) -> str:
+    """Return where a thermometer's calibration is no correction of its type; empty if it is one."""
+    most_K = sensor_type.corrected_K
     for true_C in THERMOMETER_C:
         with np.errstate(all="ignore"):
-            shown_C = float(calibration.apply(16.0 * true_C))
-        if not abs(shown_C - true_C) <= CORRECTED_K:
+            shown_C = float(sensor.calibration.apply(sensor_type.nominal.counts_of(true_C)))
+        if not abs(shown_C - true_C) <= most_K:
             return (
-                f"{name} would show {shown_C:.4g} °C of {true_C:g} °C by this calibration: a DS18B20 (counts "
-                f"of 1/16 °C) is off by 0.5 K, and is corrected by {CORRECTED_K:g} K at most"
+                f"{sensor.name} would show {shown_C:.4g} °C of {true_C:g} °C by this calibration: "
+                f"{sensor_type.uncorrected}, and is corrected by {most_K:g} K at most"
             )
     return ""

@@ -1,4 +1,4 @@
-"""``[[amplifier]]`` and ``[[sensor]]`` of a stand file: entries of every kind of instrument there is."""
+"""Lists of instruments in a stand file: entries of every kind there is."""
 
 from __future__ import annotations
 
@@ -43,7 +43,9 @@ def _entries(table: Table) -> Any:
 
 if TYPE_CHECKING:
     AmplifierEntry = Settings
-    SensorEntry = Settings
+    TemperatureEntry = Settings
+    OtherEntry = Settings
 else:
     AmplifierEntry = _entries("amplifier")
-    SensorEntry = _entries("sensor")
+    TemperatureEntry = _entries("temperature")
+    OtherEntry = _entries("sensor")

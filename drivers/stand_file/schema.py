@@ -18,20 +18,21 @@ from pydantic import (
 
 from bufferstand.drivers.instruments import (
     STAND_FORCE_KN,
+    TAGS,
     Baud,
     Instrument,
     MassAccuracy,
     MovingMass,
     Place,
     ReplyTime,
-    SensorDelay,
-    SensorPeriod,
+    SensorEntry,
     StandForce,
     StandFrequency,
     StandSpeed,
     Stiffness,
     Table,
     TcpAddress,
+    Thermometers,
     Travel,
     Watchdog,
     demand_channel,
@@ -47,16 +48,18 @@ from bufferstand.drivers.register_maps import (
     quantity_of,
     unknown_name,
 )
-from bufferstand.drivers.stand_file.instrument_lists import AmplifierEntry, OneOrMore, SensorEntry
+from bufferstand.drivers.stand_file.instrument_lists import (
+    AmplifierEntry,
+    OneOrMore,
+    OtherEntry,
+    TemperatureEntry,
+)
 from bufferstand.foundation import BadInput, curve_problem
-from bufferstand.foundation.channels import CHANNEL_UNITS, Calibration, Channel, ChannelUncertainty
+from bufferstand.foundation.channels import CHANNEL_UNITS, Channel
 from bufferstand.foundation.settings import Settings, Within, WrongKeyError
 
 LONGEST_RTU_BITS = (17 + 255) * 11
 """Bits on a line of the largest exchange: a request of function 23 and a reply of 125 registers."""
-
-CELSIUS_PER_COUNT = 0.0625
-"""Resolution of a DS18B20 at 12 bit [°C per count]."""
 
 
 def _as_tuple(value: object) -> object:
@@ -190,85 +193,6 @@ class ControllerSettings(Settings):
         return self
 
 
-class SensorSettings(Settings):
-    """One DS18B20 and where it sits."""
-
-    rom: str = Field(
-        pattern=r"^28-[0-9a-f]{12}$",
-        description="28- and 12 hexadecimal digits in small letters, e.g. “28-00000a3f92d7”",
-    )
-    """As the kernel names it: ``28-`` and 12 lower-case hex digits."""
-    name: str = Field(pattern=r"^temperature_[1-9][0-9]*$", description="e.g. “temperature_1”")
-    place: str = Field(min_length=1)
-    role: Literal["specimen", "ambient"] = "specimen"
-    delay_s: SensorDelay = 0.0
-    calibration: Calibration = Calibration(id="DS18B20 nominal", coefficients=(0.0, CELSIUS_PER_COUNT))
-    uncertainty: ChannelUncertainty = ChannelUncertainty()
-
-    @model_validator(mode="after")
-    def _is_a_channel(self) -> SensorSettings:
-        if self.uncertainty.drift is not None:
-            raise WrongKeyError(
-                "uncertainty.drift is for force channels, not for temperature; leave it out", "uncertainty"
-            )
-        return self
-
-    def channel(self) -> Channel:
-        """Return the sensor as the one channel of its stream; counts are 1/16 °C."""
-        return Channel(
-            name=self.name,
-            quantity="temperature",
-            unit="°C",
-            place=self.place,
-            delay_s=self.delay_s,
-            calibration=self.calibration,
-            uncertainty=self.uncertainty,
-        )
-
-
-class OneWireSettings(Settings):
-    """The 1-Wire sensors."""
-
-    kind: Literal["w1", "ds2480b"]
-    """The kernel's 1-Wire folder, or a serial adapter with a DS2480B (DS9097U)."""
-    root: str = "/sys/bus/w1/devices"
-    """Folder of ``w1``."""
-    access: Literal["w1_slave", "temperature", "bulk"] = "w1_slave"
-    """How the folder is read; ``bulk`` converts all sensors at once."""
-    bulk_master: str = "w1_bus_master1"
-    """Folder of the bus master that has ``therm_bulk_read``."""
-    port: str = ""
-    """Serial device of ``ds2480b``."""
-    parasite: bool = False
-    """Whether sensors without a supply wire hang on the adapter: strong pull-up while they convert."""
-    period_s: SensorPeriod = 1.0
-    sensor: Annotated[tuple[SensorSettings, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
-
-    @model_validator(mode="after")
-    def _all_different(self) -> OneWireSettings:
-        for what in ("rom", "name", "place"):
-            values = [getattr(sensor, what) for sensor in self.sensor]
-            for number, value in enumerate(values):
-                if value in values[:number]:
-                    raise WrongKeyError(
-                        f"two sensors have the {what} “{value}”; give each its own", ("sensor", number, what)
-                    )
-        if (self.kind == "ds2480b") != bool(self.port):
-            raise WrongKeyError(
-                "port names the serial device of kind = “ds2480b”, and only of that", "port", "kind"
-            )
-        return self
-
-    @model_serializer(mode="wrap")
-    def _short(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the keys of other kinds that say nothing."""
-        content: dict[str, Any] = handler(self)
-        for key in ("access", "bulk_master", "port", "parasite"):
-            if key not in self.model_fields_set:
-                content.pop(key, None)
-        return content
-
-
 class StandFile(Settings):
     """A checked STAND.toml. ``model_dump`` gives it back as written, without this machine's folders."""
 
@@ -277,8 +201,9 @@ class StandFile(Settings):
     controller: ControllerSettings
     amplifier: Annotated[tuple[AmplifierEntry, ...], OneOrMore()] = ()
     """Measuring amplifiers on load cells, beside the controller: a table, or a list of them."""
-    temperature: OneWireSettings | None = None
-    sensor: Annotated[tuple[SensorEntry, ...], OneOrMore()] = ()
+    temperature: Annotated[tuple[TemperatureEntry, ...], OneOrMore()] = ()
+    """Devices of thermometers: a table, or a list of them."""
+    sensor: Annotated[tuple[OtherEntry, ...], OneOrMore()] = ()
     """Instruments of any other quantity: a table, or a list of them."""
     simulation: dict[str, Any] | None = None
     """Only the simulated stand reads it, and checks it."""
@@ -288,20 +213,23 @@ class StandFile(Settings):
     def _names_differ(self) -> StandFile:
         names = [channel.name for channel in self.controller.channel]
         names += [one.channel.name for one in self.instruments]
-        if self.temperature is not None:
-            names += [sensor.name for sensor in self.temperature.sensor]
+        names += [sensor.name for sensor in self.temperature_sensors]
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"two channels of the stand have the name “{name}”; give each its own")
+        places = [sensor.place for sensor in self.temperature_sensors]
+        for place in places:
+            if places.count(place) > 1:
+                raise ValueError(f"two sensors have the place “{place}”; give each its own")
         return self
 
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write one amplifier as a table, and leave out a list that is not there: as ever."""
+        """Write one amplifier, and one device of thermometers, as a table, as ever; none as null."""
         content: dict[str, Any] = handler(self)
-        amplifiers = content["amplifier"]
-        if len(amplifiers) < 2:
-            content["amplifier"] = amplifiers[0] if amplifiers else None
+        for table in ("amplifier", "temperature"):
+            if len(content[table]) < 2:
+                content[table] = content[table][0] if content[table] else None
         if not self.sensor:
             del content["sensor"]
         return content
@@ -318,6 +246,19 @@ class StandFile(Settings):
             for table, entries in lists
             for number, entry in enumerate(entries)
         )
+
+    @property
+    def thermometers(self) -> tuple[Thermometers, ...]:
+        """The devices of thermometers."""
+        return tuple(
+            Thermometers(stream_name("temperature", number), ("temperature", number), entry, self.folder)
+            for number, entry in enumerate(self.temperature)
+        )
+
+    @property
+    def temperature_sensors(self) -> tuple[SensorEntry, ...]:
+        """The sensors of all of them."""
+        return tuple(sensor for device in self.thermometers for sensor in device.sensors)
 
     @property
     def path(self) -> Path:
@@ -350,18 +291,6 @@ class StandFile(Settings):
         """Return the controller's serial device, if it is on Modbus RTU."""
         return self.folder / self.controller.serial if self.controller.serial else None
 
-    def w1_root(self) -> Path | None:
-        """Return the folder of the 1-Wire devices, if there are any."""
-        if self.temperature is None or self.temperature.kind != "w1":
-            return None
-        return self.folder / self.temperature.root
-
-    def onewire_port(self) -> Path | None:
-        """Return the serial device of the 1-Wire adapter, if there is one."""
-        if self.temperature is None or self.temperature.kind != "ds2480b":
-            return None
-        return self.folder / self.temperature.port
-
 
 @dataclass(frozen=True)
 class Endpoints:
@@ -372,13 +301,10 @@ class Endpoints:
     host, port
         Of the controller's Modbus TCP server.
     instruments : mapping of str to Path or TcpAddress
-        By stream: serial device, or port of a host. Those that are not there stay where they are.
-    w1_root : Path
-        Folder of the 1-Wire devices.
+        By stream, of thermometers by the name of their wire: serial device, folder, or port of a host. Those
+        that are not there stay where they are.
     controller_serial : Path
         The controller's serial device, where it is on Modbus RTU.
-    onewire_port : Path
-        Serial device of the 1-Wire adapter, where there is one.
     timeout_s : float
         Longest wait for a reply over TCP [s]: a served stand shares a computer, and may be starved.
     """
@@ -386,9 +312,7 @@ class Endpoints:
     host: str | None = None
     port: int | None = None
     instruments: Mapping[str, Place] = field(default_factory=dict)
-    w1_root: Path | None = None
     controller_serial: Path | None = None
-    onewire_port: Path | None = None
     timeout_s: float | None = None
 
 
@@ -397,16 +321,14 @@ def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
 
     For a copy of a stand file: its devices lie where they lay for the original.
     """
-    temperature = stand_file.temperature
-    wires = {one.stream: one.kind.wire(one.settings, folder) for one in stand_file.instruments}
+    entries = (*stand_file.instruments, *stand_file.thermometers)
+    wires = {one.stream: one.wire(folder) for one in entries}
     return with_endpoints(
         stand_file,
         Endpoints(
             instruments={
                 stream: wire.path for stream, wire in wires.items() if not isinstance(wire, TcpAddress)
             },
-            w1_root=None if temperature is None else folder / temperature.root,
-            onewire_port=None if temperature is None or not temperature.port else folder / temperature.port,
             controller_serial=folder / stand_file.controller.serial if stand_file.controller.serial else None,
         ),
     )
@@ -429,17 +351,10 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
     elif not controller.serial and endpoints.timeout_s is not None:
         controller = controller.model_copy(update={"timeout_s": endpoints.timeout_s})
     changes: dict[str, Any] = {"controller": controller}
-    for table in ("amplifier", "sensor"):
+    for table in TAGS:
         changes[table] = tuple(
             _moved(entry, endpoints.instruments.get(stream_name(table, number)), endpoints.timeout_s)
             for number, entry in enumerate(getattr(stand_file, table))
-        )
-    temperature = stand_file.temperature
-    if temperature is not None and temperature.kind == "w1" and endpoints.w1_root is not None:
-        changes["temperature"] = temperature.model_copy(update={"root": str(endpoints.w1_root.absolute())})
-    if temperature is not None and temperature.port and endpoints.onewire_port is not None:
-        changes["temperature"] = temperature.model_copy(
-            update={"port": str(endpoints.onewire_port.absolute())}
         )
     return stand_file.model_copy(update=changes)
 

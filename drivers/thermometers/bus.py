@@ -1,7 +1,7 @@
-"""DS18B20 sensors on one 1-Wire bus: one thread reads them in turn, one stream for each.
+"""Sensors on one bus: one thread reads them in turn, one stream for each.
 
-A read blocks for the conversion, up to 0.8 s; so it never happens in the acquisition loop. How the bus is
-reached (kernel folder, serial adapter) is a reader's business.
+A read may block (that of a DS18B20 for its conversion, up to 0.8 s); so it never happens in the acquisition
+loop. How the bus is reached (kernel folder, serial adapter) is a reader's business.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ from typing import Protocol
 
 import numpy as np
 
-from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.instruments import SensorEntry, SensorType, TemperatureEntry
+from bufferstand.drivers.interfaces import SampleBlock, SensorFault
 from bufferstand.drivers.mailbox import Mailbox
-from bufferstand.drivers.stand_file import OneWireSettings, SensorSettings
 from bufferstand.drivers.thermometers.ds18b20 import (
     FAULT_TEXTS,
     ReadingFault,
     TemperatureReading,
-    looks_genuine,
 )
 from bufferstand.foundation import Clock, DeviceFault
 
@@ -42,13 +41,15 @@ class BusReader(Protocol):
         """
         ...
 
-    def read(self, roms: Sequence[str]) -> Iterator[tuple[str, TemperatureReading | ReadingFault]]:
+    def read(self, addresses: Sequence[str]) -> Iterator[tuple[str, TemperatureReading | str]]:
         """Yield the reading of each sensor, or why there is none, as soon as it is known.
+
+        That is a :class:`ReadingFault`, or a sentence that says what is wrong and where to look.
 
         Raises
         ------
-        DeviceFault
-            If the bus as a whole failed; it is tried again with the next round.
+        DeviceFault, OSError
+            If the bus as a whole failed; it is closed, and tried again with the next round.
         """
         ...
 
@@ -62,26 +63,26 @@ class BusReader(Protocol):
 
 
 class BusSensor:
-    """Sensor of :mod:`bufferstand.drivers.interfaces`: one DS18B20, read by its bus.
+    """Sensor of :mod:`bufferstand.drivers.interfaces`: one thermometer, read by its bus.
 
     Parameters
     ----------
     bus : TemperatureBus
         Who reads it.
-    settings : SensorSettings
-        ROM, name and place.
+    settings : SensorEntry
+        Address, name and place.
     period_s : float
         Stand time between two readings [s].
+    sensor_type : SensorType
+        What it is.
     """
 
-    facts: StreamFacts
-
-    def __init__(self, bus: TemperatureBus, settings: SensorSettings, period_s: float) -> None:
-        kind = "DS18B20" if looks_genuine(settings.rom) else "DS18B20 (clone)"
-        self.facts = StreamFacts(
-            settings.name, "host", (settings.channel(),), 1.0 / period_s, f"{kind} {settings.rom}"
-        )
-        self.rom = settings.rom
+    def __init__(
+        self, bus: TemperatureBus, settings: SensorEntry, period_s: float, sensor_type: SensorType
+    ) -> None:
+        self.facts = sensor_type.stream_facts(settings, period_s)
+        self.address = settings.address
+        self._dtype = sensor_type.form.dtype
         self._place = settings.place
         self._bus = bus
         self._mailbox = Mailbox()
@@ -122,7 +123,7 @@ class BusSensor:
                 stream=self.facts.name,
                 first_sequence=self._sequence,
                 time_us=np.array([round(at_s * 1e6)], dtype=np.int64),
-                counts={self.facts.name: np.array([reading.count], dtype=np.int16)},
+                counts={self.facts.name: np.array([reading.count], dtype=self._dtype)},
                 lost=0,
                 received_s=at_s,
             )
@@ -130,25 +131,37 @@ class BusSensor:
         self._sequence += 1
 
     def refuse(self, what: str) -> None:
-        """Leave a fault, with the sensor's name, place and ROM."""
-        text = f"{self.facts.name} ({self._place}, {self.rom}): {what}"
+        """Leave a fault, with the sensor's name, place and address."""
+        text = f"{self.facts.name} ({self._place}, {self.address}): {what}"
         self._mailbox.put(SensorFault(self.facts.name, self._bus.now_s(), text))
 
 
 class TemperatureBus:
-    """A 1-Wire bus and the one thread that reads it.
+    """A bus of thermometers and the one thread that reads it.
 
     Parameters
     ----------
     reader : BusReader
         The way to it; read and closed by the thread.
-    settings : TemperatureSettings
+    settings : TemperatureEntry
         Sensors and period.
     clock : Clock
         Stand time for period and stamps, wall time for the judgement of a stall.
+    sensor_type : SensorType
+        What its sensors are.
+    name : str
+        What it is called in messages.
     """
 
-    def __init__(self, reader: BusReader, settings: OneWireSettings, clock: Clock) -> None:
+    def __init__(
+        self,
+        reader: BusReader,
+        settings: TemperatureEntry,
+        clock: Clock,
+        sensor_type: SensorType,
+        name: str = "1-Wire bus",
+    ) -> None:
+        self._name = name
         self._reader = reader
         self._period_s = settings.period_s
         self._clock = clock
@@ -156,7 +169,9 @@ class TemperatureBus:
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._alive_s = 0.0
-        self.sensors = tuple(BusSensor(self, sensor, settings.period_s) for sensor in settings.sensor)
+        self.sensors = tuple(
+            BusSensor(self, sensor, settings.period_s, sensor_type) for sensor in settings.sensor
+        )
         self._stall_s = max(_LEAST_STALL_S, 3 * settings.period_s + _READ_WORST_S * len(self.sensors))
 
     def now_s(self) -> float:
@@ -193,7 +208,7 @@ class TemperatureBus:
         silent_s = self._clock.wall_s() - self._alive_s
         if silent_s < self._stall_s:
             return ""
-        return f"a read of the 1-Wire bus hangs for {silent_s:.0f} s; look at the bus and the kernel's log"
+        return f"a read of the {self._name} hangs for {silent_s:.0f} s; look at the bus and the kernel's log"
 
     def _run(self, stop: threading.Event) -> None:
         due_s = self._clock.now_s()
@@ -210,20 +225,24 @@ class TemperatureBus:
 
     def _round(self, stop: threading.Event) -> None:
         """Read every sensor once."""
-        by_rom = {sensor.rom: sensor for sensor in self.sensors}
+        by_address = {sensor.address: sensor for sensor in self.sensors}
         try:
-            for rom, got in self._reader.read(tuple(by_rom)):
+            for address, got in self._reader.read(tuple(by_address)):
                 self._alive_s = self._clock.wall_s()
-                sensor = by_rom[rom]
+                sensor = by_address[address]
                 if isinstance(got, TemperatureReading):
                     sensor.post(got, self._clock.now_s())
                 else:
-                    sensor.refuse(FAULT_TEXTS[got])
+                    sensor.refuse(FAULT_TEXTS[got] if isinstance(got, ReadingFault) else got)
                 if stop.is_set():
                     return
-        except DeviceFault as fault:
+        except (DeviceFault, OSError) as fault:
+            self._reader.close()
+            what = str(fault)
+            if isinstance(fault, OSError):
+                what = f"the {self._name} failed ({fault.strerror or fault}); look at plug and power"
             for sensor in self.sensors:
-                sensor.refuse(str(fault))
+                sensor.refuse(what)
             stop.wait(_RETRY_S)
         for note in self._reader.notes():
             self.sensors[0].refuse(note)

@@ -11,6 +11,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 SCRATCHPAD_BYTES = 9
+CELSIUS_PER_COUNT = 0.0625
+"""Resolution at 12 bit [°C per count]."""
+CONVERSION_S = 0.75
+"""Time of a conversion at 12 bit [s]."""
 POWER_ON_COUNT = 0x0550
 """85.0 °C: what the scratchpad holds before the first conversion."""
 NO_POWER_COUNT = 0x07FF
@@ -67,10 +71,10 @@ FAULT_TEXTS = {
 
 @dataclass(frozen=True)
 class TemperatureReading:
-    """A temperature that can be true: ``count`` in 1/16 °C, undefined bits cleared."""
+    """A temperature that can be true: ``count``, of a DS18B20 in 1/16 °C with undefined bits cleared."""
 
     count: int
-    resolution_bits: int
+    resolution_bits: int | None = None
 
 
 def crc8(data: bytes) -> int:

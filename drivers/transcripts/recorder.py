@@ -20,9 +20,8 @@ from typing import Protocol
 
 import serial
 
-from bufferstand.drivers.instruments import Place, TcpAddress
+from bufferstand.drivers.instruments import FolderAddress, Place, TcpAddress
 from bufferstand.drivers.stand_file import Endpoints, StandFile, with_endpoints
-from bufferstand.drivers.thermometers import BAUD as ADAPTER_BAUD
 from bufferstand.drivers.transcripts.transcript import HEAD, Sign, TranscriptPiece
 from bufferstand.foundation import BadInput
 
@@ -257,11 +256,7 @@ def _tapped(stand_file: StandFile, folder: Path, recorder: TranscriptRecorder, t
         taps.append(one)
         return TcpAddress("127.0.0.1", one.port)
 
-    controller, line, adapter = (
-        stand_file.controller,
-        stand_file.controller_serial(),
-        stand_file.onewire_port(),
-    )
+    controller, line = stand_file.controller, stand_file.controller_serial()
     profile = f"profile {controller.profile}, unit {controller.device_id}"
     host, port, controller_line = None, None, None
     if line is None:
@@ -278,8 +273,10 @@ def _tapped(stand_file: StandFile, folder: Path, recorder: TranscriptRecorder, t
             stop_bits=controller.stop_bits,
         )
     places: dict[str, Place] = {}
-    for one in stand_file.instruments:
-        to = one.kind.wire(one.settings, one.folder)
+    for one in (*stand_file.instruments, *stand_file.thermometers):
+        to = one.wire()
+        if isinstance(to, FolderAddress):
+            continue  # the kernel's: no bytes to record
         if isinstance(to, TcpAddress):
             recorder.comment(f"{one.stream}: {one.kind.name}, TCP")
             places[one.stream] = tap_tcp(one.stream, to)
@@ -288,14 +285,9 @@ def _tapped(stand_file: StandFile, folder: Path, recorder: TranscriptRecorder, t
         link = tap(one.stream, to.path, baud=to.baud, parity=to.parity, stop_bits=to.stop_bits)
         if link is not None:
             places[one.stream] = link
-    onewire = None
-    if adapter is not None:
-        recorder.comment(f"onewire: DS2480B adapter, {ADAPTER_BAUD} baud")
-        onewire = tap("onewire", adapter, baud=ADAPTER_BAUD)
     return Endpoints(
         host=host,
         port=port,
         instruments=places,
-        onewire_port=onewire,
         controller_serial=controller_line,
     )

@@ -28,7 +28,13 @@ from bufferstand.evaluation.record import (
     true_readings,
 )
 from bufferstand.foundation import BadInput, Kind, Purpose, to_inside
-from bufferstand.foundation.channels import STROKE_CHANNELS, Channel, ChannelUncertainty, tilt_of_strokes
+from bufferstand.foundation.channels import (
+    STROKE_CHANNELS,
+    Channel,
+    ChannelUncertainty,
+    recorded_thermometers,
+    tilt_of_strokes,
+)
 from bufferstand.foundation.files import readable
 from bufferstand.recording import MAIN_STREAM
 from bufferstand.recording.runfile import Run, Series, open_run, simulated_of
@@ -255,7 +261,7 @@ def _true_ends(unit: str) -> Callable[[Series], Ends | None]:
 
 
 def _roles(metadata: Mapping[str, Any]) -> dict[str, str]:
-    sensors = ((metadata.get("stand") or {}).get("temperature") or {}).get("sensor") or ()
+    sensors = recorded_thermometers(metadata.get("stand") or {})
     return {str(sensor.get("name")): str(sensor.get("role", "specimen")) for sensor in sensors}
 
 

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
         mean_of_strokes,
         tilt_of_strokes,
     )
+    from bufferstand.foundation.channels.thermometers import (
+        recorded_thermometers,
+    )
     from bufferstand.foundation.channels.zero import (
         ChannelZero,
         Touch,
@@ -48,6 +51,7 @@ __all__ = [
     "Zero",
     "farthest_strokes",
     "mean_of_strokes",
+    "recorded_thermometers",
     "tilt_of_strokes",
 ]
 

@@ -249,8 +249,7 @@ def guards_of(prepared: PreparedCampaign) -> GuardSet:
     """Return the guards that a campaign would be run with; no device is touched."""
     clock = WallClock()
     stand = Stand(build_controller(prepared.stand_file, clock), build_sensors(prepared.stand_file, clock))
-    table = prepared.stand_file.temperature
-    sensors = () if table is None else table.sensor
+    sensors = prepared.stand_file.temperature_sensors
     try:
         return guards_for(
             prepared.campaign.limits,

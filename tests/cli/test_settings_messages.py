@@ -120,6 +120,7 @@ FILES: Mapping[str, tuple[type[BaseModel], str]] = {
     "aed": (StandFile, STAND + AMPLIFIER.replace("{0}", "aed")),
     "modbus": (StandFile, STAND + AMPLIFIER.replace("{0}", "modbus") + 'map = "dms-float"\n'),
     "sensor": (StandFile, STAND + SENSOR),
+    "ds2480b": (StandFile, STAND.replace('kind = "w1"', 'kind = "ds2480b"\nport = "p"')),
     "specimen": (SpecimenFile, SPECIMEN),
     "faults": (FaultFile, FAULTS),
 }
@@ -277,7 +278,8 @@ def test_a_wrong_value_of_any_key_is_named_in_plain_words_with_what_to_write(nam
     document = tomllib.loads(text)
     tried = 0
     for at, table in tables(json_schema, document, defs):
-        if name in ("aed", "modbus", "sensor") and not {"amplifier", "sensor"} & set(at):
+        parts = {"ds2480b": {"temperature"}}.get(name, {"amplifier", "sensor"})
+        if name in ("aed", "modbus", "sensor", "ds2480b") and not parts & set(at):
             continue  # of the rest the one file of a stand is enough
         for key, node in table["properties"].items():
             if key in TAGS and "const" in node:

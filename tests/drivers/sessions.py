@@ -10,6 +10,7 @@ from typing import Any
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.controllers.register_controller import RegisterController
+from bufferstand.drivers.instruments.wire_address import SerialAddress
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault
 from bufferstand.drivers.modbus.link import ModbusLink
 from bufferstand.drivers.modbus.wires import TcpWire
@@ -17,7 +18,7 @@ from bufferstand.drivers.register_maps.coding import decode_value
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.drivers.thermometers.ds18b20 import TemperatureReading
-from bufferstand.drivers.thermometers.ds2480b_bus import Ds2480bReader
+from bufferstand.drivers.thermometers.ds2480b.thermometer import Ds2480bReader
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 
@@ -112,13 +113,13 @@ def amplifier(file: StandFile) -> dict[str, Any]:
 
 
 def ds2480b(file: StandFile) -> dict[str, Any]:
-    port = file.onewire_port()
-    assert port is not None
-    assert file.temperature is not None
-    reader = Ds2480bReader(port, WallClock(), sleep=lambda _: time.sleep(0.3))
+    (adapter,) = file.thermometers
+    wire = adapter.wire()
+    assert isinstance(wire, SerialAddress)
+    reader = Ds2480bReader(wire.path, WallClock(), sleep=lambda _: time.sleep(0.3))
     try:
         roms = reader.roms()
-        readings = dict(reader.read(tuple(sensor.rom for sensor in file.temperature.sensor)))
+        readings = dict(reader.read(tuple(sensor.address for sensor in adapter.sensors)))
         return {
             "roms": list(roms),
             "counts": {

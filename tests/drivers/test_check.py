@@ -36,7 +36,7 @@ class Wires:
         self.device = server.device
         self.far = far
         self.root = root
-        endpoints = Endpoints("127.0.0.1", server.port, {"amplifier": far.path}, root)
+        endpoints = Endpoints("127.0.0.1", server.port, {"amplifier": far.path, "thermometers": root})
         self.stand_file: StandFile = with_endpoints(load_stand(SAMPLE_STAND), endpoints)
 
     def check(self) -> list[CheckRow]:
@@ -112,7 +112,8 @@ def test_a_sound_stand(wires: Wires) -> None:
 def test_nothing_answers(tmp_path: Path, profile: Profile) -> None:
     with raw_server(RingDevice(profile)) as server:
         port = server.port
-    endpoints = Endpoints("127.0.0.1", port, {"amplifier": tmp_path / "no-port"}, tmp_path / "no-folder")
+    nowhere = {"amplifier": tmp_path / "no-port", "thermometers": tmp_path / "no-folder"}
+    endpoints = Endpoints("127.0.0.1", port, nowhere)
     rows = check_stand(with_endpoints(load_stand(SAMPLE_STAND), endpoints), WallClock(), TODAY)
     assert faults(rows) == [
         ("controller", "connection"),
@@ -194,9 +195,8 @@ def test_calibrations_and_clones(wires: Wires) -> None:
     path = wires.root / "stand.toml"
     path.write_text(text, encoding="utf-8")
     other = wires.stand_file
-    endpoints = Endpoints(
-        other.controller.host, other.controller.port, {"amplifier": wires.far.path}, wires.root
-    )
+    places = {"amplifier": wires.far.path, "thermometers": wires.root}
+    endpoints = Endpoints(other.controller.host, other.controller.port, places)
     wires.stand_file = with_endpoints(load_stand(path), endpoints)
     rows = wires.check()
     assert row(rows, "controller", "calibration force").remark == "its certificate has no “valid_until”"
@@ -224,7 +224,7 @@ def test_an_opened_stand_reads_everything_and_can_be_closed_twice(wires: Wires) 
 
 @pytest.mark.slow
 def test_a_stand_that_does_not_open_leaves_nothing_open(wires: Wires) -> None:
-    broken = with_endpoints(wires.stand_file, Endpoints(w1_root=wires.root / "nowhere"))
+    broken = with_endpoints(wires.stand_file, Endpoints(instruments={"thermometers": wires.root / "nowhere"}))
     with pytest.raises(DeviceFault, match="there is no folder"):
         open_stand(broken, WallClock())
     assert not [thread for thread in threading.enumerate() if thread.name in {"amplifier", "1-wire"}]

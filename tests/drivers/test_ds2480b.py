@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 
 from bufferstand.drivers.interfaces import SampleBlock
 from bufferstand.drivers.serial_line.line import SerialLine
-from bufferstand.drivers.simulated.wires.ds2480b import Ds2480bDevice, Ds2480bPty
-from bufferstand.drivers.simulated.wires.onewire import OneWireBus, OneWireSensor
-from bufferstand.drivers.stand_file.schema import OneWireSettings
+from bufferstand.drivers.simulated.wires.serial_pty import AnsweringPty
 from bufferstand.drivers.thermometers.ds18b20 import (
     FAULT_TEXTS,
     ReadingFault,
@@ -22,8 +20,11 @@ from bufferstand.drivers.thermometers.ds18b20 import (
     crc8,
     decode_scratchpad,
 )
-from bufferstand.drivers.thermometers.ds2480b import Ds2480b, Presence, rom_bytes, rom_name
-from bufferstand.drivers.thermometers.ds2480b_bus import Ds2480bBus, Ds2480bReader
+from bufferstand.drivers.thermometers.ds18b20_settings import OneWireSettings
+from bufferstand.drivers.thermometers.ds2480b.adapter import Ds2480b, Presence, rom_bytes, rom_name
+from bufferstand.drivers.thermometers.ds2480b.simulated import Ds2480bDevice
+from bufferstand.drivers.thermometers.ds2480b.simulated_bus import OneWireBus, OneWireSensor
+from bufferstand.drivers.thermometers.ds2480b.thermometer import Ds2480bBus, Ds2480bReader
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.amplifiers import Collector, until
@@ -233,7 +234,7 @@ class Wired:
         self.bus = OneWireBus(self.sensors)
         self.device = Ds2480bDevice(self.bus)
         self.path = folder / "adapter"
-        self._pty = Ds2480bPty(self.path, self.device)
+        self._pty = AnsweringPty(self.path, self.device)
         self._pump = Pump(self._pty.pump, 0.0005)
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from bufferstand.drivers.instruments import catalogue
 from bufferstand.drivers.instruments.catalogue import kind_of, kinds, stream_name
-from bufferstand.drivers.instruments.kind import TAGS, InstrumentKind, SerialKind
+from bufferstand.drivers.instruments.kind import TAGS, SerialKind, SignalKind
 from bufferstand.drivers.instruments.wire_address import SerialAddress, TcpAddress
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.channels.channel import Channel
@@ -24,6 +24,7 @@ from tests.drivers.conftest import SAMPLE_STAND
 from tests.house.house_page import ROOT, example_of, files_of
 
 SAMPLES = SAMPLE_STAND.parent
+SIGNALS = [kind for kind in kinds() if isinstance(kind, SignalKind)]
 FURTHER = """
 [[amplifier]]
 protocol = "aed"
@@ -59,13 +60,13 @@ def test_our_kinds_are_there_and_each_is_a_folder() -> None:
         ("amplifier", "modbus"),
         ("sensor", "modbus"),
     }
-    for _, name in found:
-        folder = ROOT / "drivers" / "amplifiers" / name
+    for kind in SIGNALS:
+        folder = ROOT / "drivers" / "amplifiers" / kind.name
         assert {file.stem for file in folder.glob("*.py")} >= {"__init__", "kind", "settings", "amplifier"}
 
 
-@pytest.mark.parametrize("kind", kinds(), ids=lambda kind: f"{kind.table}-{kind.name}")
-def test_a_kind_says_what_it_is_and_how_it_is_reached(kind: InstrumentKind[Any], tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", SIGNALS, ids=lambda kind: f"{kind.table}-{kind.name}")
+def test_a_kind_says_what_it_is_and_how_it_is_reached(kind: SignalKind[Any], tmp_path: Path) -> None:
     assert kind.__doc__
     entry: dict[str, Any] = {
         TAGS[kind.table]: kind.name,
@@ -167,20 +168,22 @@ def test_a_wrong_entry_is_refused_with_its_place(tmp_path: Path, old: str, new: 
 # --- a package of a laboratory's own ----------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Install the package of the how-to page: a folder on the import path, with its entry point."""
-    folder = tmp_path_factory.mktemp("laboratory")
-    (folder / "our_amplifier").mkdir()
-    code = example_of("add-an-instrument.md", "python")
-    (folder / "our_amplifier" / "__init__.py").write_text(code, encoding="utf-8")
-    about = folder / "our_amplifier-1.0.dist-info"
+def install_example(folder: Path, page: str, package: str) -> Path:
+    """Install the package of a how-to page in a folder on the import path, with its entry point."""
+    (folder / package).mkdir()
+    (folder / package / "__init__.py").write_text(example_of(page, "python"), encoding="utf-8")
+    about = folder / f"{package}-1.0.dist-info"
     about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: our-amplifier\nVersion: 1.0\n")
-    (group,) = re.findall(r'entry-points\."(.*)"', example_of("add-an-instrument.md", "toml"))
-    named = example_of("add-an-instrument.md", "toml").splitlines()[1].replace('"', "")
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    (group,) = re.findall(r'entry-points\."(.*)"', example_of(page, "toml"))
+    named = example_of(page, "toml").splitlines()[1].replace('"', "")
     (about / "entry_points.txt").write_text(f"[{group}]\n{named}\n")
     return folder
+
+
+@pytest.fixture(scope="module")
+def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return install_example(tmp_path_factory.mktemp("laboratory"), "add-an-instrument.md", "our_amplifier")
 
 
 def run(laboratory: Path, *words: object) -> subprocess.CompletedProcess[str]:

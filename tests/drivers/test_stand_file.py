@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.drivers.instruments.wire_address import SerialAddress
+from bufferstand.drivers.instruments.wire_address import FolderAddress, SerialAddress
 from bufferstand.drivers.register_maps.profile import SHIPPED
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import (
@@ -37,6 +37,14 @@ def amplifier_port(stand: StandFile) -> Path:
     return wire.path
 
 
+def thermometer_wire(stand: StandFile) -> Path:
+    """Return the folder or serial device of the only thermometers."""
+    (one,) = stand.thermometers
+    wire = one.wire()
+    assert isinstance(wire, SerialAddress | FolderAddress)
+    return wire.path
+
+
 POSITION = SAMPLE[
     SAMPLE.index("[[controller.channel]] # signed") : SAMPLE.index('[[controller.channel]]\nname = "command"')
 ]
@@ -58,9 +66,8 @@ def test_the_shipped_stand() -> None:
     assert stand.controller.port == 15020
     assert {channel.name for channel in stand.controller.channel} == set(stand.profile().sampled)
     assert amplifier_port(stand) == SAMPLE_STAND.parent / "wires" / "amplifier"
-    assert stand.w1_root() == SAMPLE_STAND.parent / "wires" / "w1" / "devices"
-    assert stand.temperature is not None
-    assert [sensor.role for sensor in stand.temperature.sensor] == ["specimen", "specimen", "ambient"]
+    assert thermometer_wire(stand) == SAMPLE_STAND.parent / "wires" / "w1" / "devices"
+    assert [sensor.role for sensor in stand.temperature_sensors] == ["specimen", "specimen", "ambient"]
     assert stand.simulation is not None
     assert stand.simulation["model"] == "models/category-a-elastomer.toml"
     assert stand.profile().facts.id == "bufferstand-ring"
@@ -79,8 +86,7 @@ def test_shipped_coefficients_are_those_of_the_devices() -> None:
 
 def test_temperature_counts_are_sixteenths_of_a_degree() -> None:
     stand = load_stand(SAMPLE_STAND)
-    assert stand.temperature is not None
-    channel = stand.temperature.sensor[0].channel()
+    channel = stand.temperature_sensors[0].channel()
     assert channel.calibration.apply(16 * 40) == 40.0
     assert (channel.name, channel.unit, channel.place) == ("temperature_1", "°C", "spring plate 3")
 
@@ -97,11 +103,11 @@ def test_amplifier_and_sensors_are_optional(tmp_path: Path) -> None:
     stand = load_stand(path)
     assert stand.amplifier == ()
     assert not stand.instruments
-    assert stand.w1_root() is None
-    assert (
-        with_endpoints(stand, Endpoints(instruments={"amplifier": tmp_path}, w1_root=tmp_path)).amplifier
-        == ()
+    assert stand.temperature == stand.thermometers == stand.temperature_sensors == ()
+    elsewhere = with_endpoints(
+        stand, Endpoints(instruments=dict.fromkeys(("amplifier", "thermometers"), tmp_path))
     )
+    assert elsewhere.amplifier == elsewhere.temperature == ()
 
 
 def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(tmp_path: Path) -> None:
@@ -276,12 +282,14 @@ def test_endpoints_replace_the_wires_and_nothing_else(tmp_path: Path) -> None:
     other = with_endpoints(
         stand,
         Endpoints(
-            host="::1", port=4711, instruments={"amplifier": tmp_path / "pty"}, w1_root=tmp_path / "w1"
+            host="::1",
+            port=4711,
+            instruments={"amplifier": tmp_path / "pty", "thermometers": tmp_path / "w1"},
         ),
     )
     assert (other.controller.host, other.controller.port) == ("::1", 4711)
     assert amplifier_port(other) == tmp_path / "pty"
-    assert other.w1_root() == tmp_path / "w1"
+    assert thermometer_wire(other) == tmp_path / "w1"
     assert other.path == stand.path
     before, after = stand.model_dump(mode="json"), other.model_dump(mode="json")
     for content in (before, after):
@@ -303,7 +311,7 @@ def test_a_copy_of_a_stand_file_can_keep_the_devices_of_the_original(tmp_path: P
     assert amplifier_port(copy) != amplifier_port(original)
     wired = wires_from(copy, SAMPLE_STAND.parent)
     assert amplifier_port(wired) == amplifier_port(original)
-    assert wired.w1_root() == original.w1_root()
+    assert thermometer_wire(wired) == thermometer_wire(original)
     assert wired.controller == original.controller
 
 
@@ -322,11 +330,10 @@ MODBUS = 'protocol = "modbus"\nrate_Hz = 50.0\nmodbus = { map = "dms-float", hos
 
 def test_a_serial_1_wire_adapter_and_a_networked_amplifier_have_no_folder_and_no_port(tmp_path: Path) -> None:
     stand = load_stand(changed(tmp_path, (W1, 'kind = "ds2480b"\nport = "wires/onewire"\n'), (GSV2, MODBUS)))
-    assert stand.w1_root() is None
-    assert stand.onewire_port() == tmp_path / "wires" / "onewire"
+    assert thermometer_wire(stand) == tmp_path / "wires" / "onewire"
     assert stand.instruments[0].settings.port == ""
     elsewhere = wires_from(stand, SAMPLE_STAND.parent)
-    assert elsewhere.onewire_port() == SAMPLE_STAND.parent.absolute() / "wires" / "onewire"
+    assert thermometer_wire(elsewhere) == SAMPLE_STAND.parent.absolute() / "wires" / "onewire"
     assert elsewhere.amplifier == stand.amplifier
 
 

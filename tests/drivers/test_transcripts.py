@@ -30,7 +30,7 @@ def test_the_driver_repeats_the_session(name: str, tmp_path: Path) -> None:
     else:
         with replayed_line(name, wire, tmp_path) as (path, replay):
             found = SESSIONS[name](
-                with_endpoints(file, Endpoints(instruments={"amplifier": path}, onewire_port=path))
+                with_endpoints(file, Endpoints(instruments={"amplifier": path, "thermometers": path}))
             )
     assert replay.problem == ""
     assert found == kept
@@ -85,14 +85,15 @@ def test_a_live_session_becomes_a_transcript_that_can_be_replayed(tmp_path: Path
             found = SESSIONS["ring"](tapped)
             sensors = SESSIONS["ds2480b"](tapped)
     pieces = read_transcript(kept)
-    assert {piece.wire for piece in pieces} == {"controller", "amplifier", "onewire"}
+    assert {piece.wire for piece in pieces} == {"controller", "amplifier", "thermometers"}
     times_s = [piece.time_s for piece in pieces]
     assert times_s == sorted(times_s)
     assert "# controller: RTU, 115200 baud, profile ring, unit 1" in kept.read_text(encoding="utf-8")
-    for wire, name, what in (("controller", "ring", found), ("onewire", "ds2480b", sensors)):
+    assert "# thermometers: ds2480b, 9600 baud" in kept.read_text(encoding="utf-8")
+    for wire, name, what in (("controller", "ring", found), ("thermometers", "ds2480b", sensors)):
         own = [piece for piece in pieces if piece.wire == wire]
         with replayed_pieces(own, wire, tmp_path) as (line, replay):
-            ends = Endpoints(controller_serial=line, onewire_port=line)
+            ends = Endpoints(controller_serial=line, instruments={"thermometers": line})
             assert SESSIONS[name](with_endpoints(load_stand(path), ends)) == what
         assert replay.problem == ""
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bufferstand.drivers.thermometers.ds18b20 import ReadingFault, TemperatureReading, decode_temperature
-from bufferstand.drivers.thermometers.w1_folder import TRIGGER, FolderReader, read_temperature
+from bufferstand.drivers.thermometers.w1.thermometer import TRIGGER, FolderReader, read_temperature
 from tests.drivers.pump import Pump
 from tests.drivers.test_ds18b20 import scratchpad, w1_text
 from tests.drivers.test_w1_folder import ROMS, put

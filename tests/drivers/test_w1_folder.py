@@ -10,9 +10,9 @@ import pytest
 
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault
 from bufferstand.drivers.stand_file.loading import load_stand
-from bufferstand.drivers.stand_file.schema import OneWireSettings
 from bufferstand.drivers.thermometers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
-from bufferstand.drivers.thermometers.w1_folder import W1Bus, W1Sensor, read_sensor, roms_on_bus
+from bufferstand.drivers.thermometers.ds18b20_settings import OneWireSettings
+from bufferstand.drivers.thermometers.w1.thermometer import W1Bus, W1Sensor, read_sensor, roms_on_bus
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
 from tests.drivers.clocks import HandClock
@@ -24,9 +24,9 @@ ROMS = ("28-00000a3f91c2", "28-00000a3f92d7", "28-00000a40117b")
 
 
 def settings() -> OneWireSettings:
-    stand = load_stand(SAMPLE_STAND)
-    assert stand.temperature is not None
-    return stand.temperature
+    (settings,) = load_stand(SAMPLE_STAND).temperature
+    assert isinstance(settings, OneWireSettings)
+    return settings
 
 
 def put(root: Path, rom: str, text: str, name: str = "w1_slave") -> None:

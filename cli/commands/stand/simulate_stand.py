@@ -75,10 +75,6 @@ def command(
         for stream, place in served.instruments.items():
             shown = place if isinstance(place, str) else f"Modbus TCP {place[0]}:{place[1]}"
             click.echo(f"{stream:<12} {shown}")
-        if served.w1_root is not None:
-            click.echo(f"1-Wire       {served.w1_root}")
-        if served.onewire_port is not None:
-            click.echo(f"1-Wire       {served.onewire_port}")
         click.echo(f"faults       {program()} fault {stand} FAULT  (or --list, --clear)")
         click.echo(f"serving at {served.speed:g} times real time; Ctrl-C ends it")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -14,12 +14,10 @@ from bufferstand.daq.guards.sights import Complaint, PassOver, Phase, Samples, S
 from bufferstand.daq.guards.site import Site
 from bufferstand.daq.guards.trips import Action, Trip
 from bufferstand.daq.scaling import ScaledBlock
-from bufferstand.drivers import SensorFault
+from bufferstand.drivers import ReadingLimits, SensorFault
 
-POWER_ON_C = 85.0
-"""What a DS18B20 reports after power-on without a conversion; it occurs as a true reading, too."""
-SENSOR_RANGE_C = (-55.0, 125.0)
-"""Range of the DS18B20; a reading outside it is none."""
+DS18B20 = ReadingLimits(-55.0, 125.0, power_on_C=85.0)
+"""What the sensor can show of which nobody says what it is; 85 °C occurs as a true reading, too."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +52,13 @@ class TemperatureGuard(Guard[TemperatureMemory]):
     grace_s : float
         Without a true reading for this long [s of the wall] it counts as a trip.
     jump_K : float
-        A reading of exactly 85 °C that differs by more than this from the last true one is the
-        power-on value.
+        A reading of exactly the power-on value that differs by more than this from the last true one is none.
     frozen_s : float
         The very same reading for this long [s of the wall] is worth a note.
     action, silence_action : Action
         What an excess, and what silence leads to.
+    readings : ReadingLimits
+        What the sensor can show; the run file holds it where it is no DS18B20.
     """
 
     kind: ClassVar = "temperatures"
@@ -82,6 +81,7 @@ class TemperatureGuard(Guard[TemperatureMemory]):
     frozen_s: float = 1800.0
     action: Action = Action.STOP
     silence_action: Action = Action.STOP
+    readings: ReadingLimits = DS18B20
 
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:
@@ -97,12 +97,28 @@ class TemperatureGuard(Guard[TemperatureMemory]):
                 limits.temperature_stale_s,
                 action=site.does("temperature"),
                 silence_action=site.does("ambient_silence") if ambient else Action.STOP,
+                readings=facts.readings or DS18B20,
             )
 
     @property
     def key(self) -> str:
         """Return the sensor's stream."""
         return self.stream
+
+    def facts(self) -> Any:
+        """Return it as data for the run file; what a DS18B20 can show is left out."""
+        content = super().facts()
+        if self.readings == DS18B20:
+            del content["readings"]
+        return content
+
+    @classmethod
+    def from_facts(cls, facts: Any) -> Self:
+        """Return it from its data in a run file."""
+        readings = facts.get("readings")
+        return super().from_facts(
+            facts if readings is None else facts | {"readings": ReadingLimits(**readings)}
+        )
 
     def begin(self, wall_s: float) -> TemperatureMemory:
         """Return that listening begins now."""
@@ -198,10 +214,12 @@ def evaluate_reading(
 
 def _complaint(guard: TemperatureGuard, memory: TemperatureMemory, value_C: float, time_us: int) -> str:
     """Return why a reading cannot be believed, empty if it can."""
-    if not SENSOR_RANGE_C[0] <= value_C <= SENSOR_RANGE_C[1]:
+    can = guard.readings
+    if not can.low_C <= value_C <= can.high_C:
         return f"its last reading, {value_C:.2f} °C, is outside the sensor's range"
-    if value_C == POWER_ON_C and (memory.value_C is None or abs(value_C - memory.value_C) > guard.jump_K):
-        return "its last reading, exactly 85.0 °C, is the power-on value (supply or conversion failed)"
+    far = memory.value_C is None or abs(value_C - memory.value_C) > guard.jump_K
+    if value_C == can.power_on_C and far:
+        return f"its last reading, exactly {value_C} °C, is the power-on value (supply or conversion failed)"
     if memory.time_us is not None and time_us <= memory.time_us:
         return f"it repeats its reading of {memory.time_us / 1e6:.1f} s instead of taking a new one"
     return ""

@@ -15,13 +15,12 @@ from bufferstand.drivers.amplifiers.modbus.settings import (
     RegisterEntry,
 )
 from bufferstand.drivers.instruments import (
-    InstrumentKind,
     InstrumentSite,
     NumberForm,
     Place,
     SerialAddress,
+    SignalKind,
     TcpAddress,
-    WireAddress,
 )
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.modbus import ModbusLink, RtuWire, TcpWire, Wire
@@ -34,7 +33,7 @@ MEASURED_PER_VALUE = 4
 EntryT = TypeVar("EntryT", bound=RegisterEntry)
 
 
-class _RegisterKind(InstrumentKind[EntryT]):
+class _RegisterKind(SignalKind[EntryT]):
     name = "modbus"
 
     def driver(self, settings: EntryT, site: InstrumentSite) -> Sensor:
@@ -68,7 +67,7 @@ class _RegisterKind(InstrumentKind[EntryT]):
         """Return what the value register can hold; None of floats."""
         return WHOLE_RANGES.get(self.registers(settings, folder).value.type)
 
-    def wire(self, settings: EntryT, folder: Path) -> WireAddress:
+    def wire(self, settings: EntryT, folder: Path) -> SerialAddress | TcpAddress:
         """Return its port of a host, or its serial device."""
         modbus = settings.modbus
         if modbus.host is not None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.drivers.amplifiers import resync_text, with_saturation
-from bufferstand.drivers.instruments import Instrument
+from bufferstand.drivers.instruments import Instrument, SensorType
 from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
 from bufferstand.drivers.simulated.machine import (
@@ -17,22 +17,7 @@ from bufferstand.drivers.simulated.machine import (
     SimulatedInstrument,
     Thermometer,
 )
-from bufferstand.drivers.thermometers import FAULT_TEXTS, ReadingFault
 from bufferstand.foundation.channels import PlausibilityWatch
-
-_READING_FAULTS = {
-    "silent": ReadingFault.EMPTY,
-    "crc": ReadingFault.CRC_REFUSED,
-    "missing": ReadingFault.ABSENT,
-}
-"""Where a fault has another name than what a driver makes of it."""
-
-
-def reading_fault(kind: str | None) -> ReadingFault | None:
-    """Return what a driver makes of a sensor's fault; None where it reads a value."""
-    if kind in {None, "frozen", "stale"}:
-        return None
-    return _READING_FAULTS.get(kind or "") or ReadingFault(kind)
 
 
 class InProcessInstrument:
@@ -166,13 +151,20 @@ class InProcessThermometer:
     device : SimulatedDevice
     thermometer : Thermometer
         Of that device.
+    sensor_type : SensorType
+        What it is.
     clock : VirtualClock
     period_s : float
         It is read once in this time [s].
     """
 
     def __init__(
-        self, device: SimulatedDevice, thermometer: Thermometer, clock: VirtualClock, period_s: float
+        self,
+        device: SimulatedDevice,
+        thermometer: Thermometer,
+        sensor_type: SensorType,
+        clock: VirtualClock,
+        period_s: float,
     ) -> None:
         self._device = device
         self._thermometer = thermometer
@@ -181,16 +173,9 @@ class InProcessThermometer:
         self._next_s = period_s
         self._sequence = 0
         self._last: int | None = None
-        settings = thermometer.settings
-        self._name = settings.name
-        self.facts = StreamFacts(
-            settings.name,
-            "host",
-            (settings.channel(),),
-            1.0 / period_s,
-            f"DS18B20 {settings.rom}, simulated",
-            simulated=True,
-        )
+        self._type = sensor_type
+        self._name = thermometer.settings.name
+        self.facts = sensor_type.stream_facts(thermometer.settings, period_s, simulated=True)
 
     def start(self) -> None:
         """Begin to read."""
@@ -215,16 +200,17 @@ class InProcessThermometer:
         if fault == "frozen" and self._last is not None:
             counts = self._last
         self._last = counts
-        kind = reading_fault(fault)
-        if kind is not None or counts is None:
-            text = FAULT_TEXTS[kind or ReadingFault.EMPTY]
+        text = None if fault is None else self._type.faults[fault]
+        if text is None and counts is None:
+            text = "it has not measured yet; look at it again in a second"
+        if text is not None:
             return SensorFault(self._name, at_s, f"{self._name} (simulated): {text}")
         first, self._sequence = self._sequence, self._sequence + 1
         return SampleBlock(
             self._name,
             first,
             np.array([round(at_s * 1e6)], dtype=np.int64),
-            {self._name: np.array([counts], dtype=np.int16)},
+            {self._name: np.array([counts], dtype=self._type.form.dtype)},
             0,
             self._clock.now_s(),
         )

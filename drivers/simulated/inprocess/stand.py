@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from pathlib import Path
 
+from bufferstand.drivers.instruments import TAGS
 from bufferstand.drivers.interfaces import Controller, Sensor, Stand
 from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.simulated.build import make_device
@@ -92,14 +94,16 @@ def open_in_process(
         faults=faults,
     )
     clock.listen(device.advance_to)
-    beside: dict[str, list[Sensor]] = {"amplifier": [], "sensor": []}
+    beside: dict[str, list[Sensor]] = {table: [] for table in TAGS}
     for one, simulated in zip(stand_file.instruments, device.instruments, strict=True):
         beside[one.kind.table].append(InProcessInstrument(device, one, simulated, clock))
-    thermometers: list[Sensor] = []
-    if stand_file.temperature is not None:
-        period_s = stand_file.temperature.period_s
-        thermometers = [InProcessThermometer(device, t, clock, period_s) for t in device.thermometers]
-    sensors = (*beside["amplifier"], *thermometers, *beside["sensor"])
+    thermometers = iter(device.thermometers)
+    beside["temperature"] += [
+        InProcessThermometer(device, thermometer, one.kind.sensor_type, clock, one.settings.period_s)
+        for one in stand_file.thermometers
+        for thermometer in islice(thermometers, len(one.sensors))
+    ]
+    sensors = tuple(sensor for table in TAGS for sensor in beside[table])
     way_s, profile = device.latency.way_s, in_memory(stand_file.profile())
     wire = VirtualWire(device, profile, clock, lambda: way_s() + way_s())
     for fault in faults:

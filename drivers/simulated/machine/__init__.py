@@ -28,7 +28,6 @@ if TYPE_CHECKING:
         SampleRing,
     )
     from bufferstand.drivers.simulated.machine.thermometer import (
-        CONVERSION_S,
         Thermometer,
     )
     from bufferstand.drivers.simulated.machine.truth import (
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "CONVERSION_S",
     "RATE_HZ",
     "Command",
     "CommandCode",

@@ -127,7 +127,11 @@ class SimulatedDevice:
         self._make_transducers(stand_file, settings)
 
     def _make_transducers(self, stand_file: StandFile, settings: SimulationSettings) -> None:
-        sensors = stand_file.temperature.sensor if stand_file.temperature is not None else ()
+        sensors = [
+            (sensor, device.kind.sensor_type)
+            for device in stand_file.thermometers
+            for sensor in device.sensors
+        ]
         seeds = np.random.SeedSequence(settings.seed).spawn(3 + len(sensors))
         self._converters = Converters(self._columns.converters(), seeds[0])
         wires = len(self._columns.strokes)
@@ -140,8 +144,8 @@ class SimulatedDevice:
         )
         self.instruments = tuple(self._instruments(stand_file, settings, seeds[1]))
         self.thermometers = tuple(
-            Thermometer(sensor, settings.temperature_noise_C, seed, self._miswired.place_of(sensor))
-            for sensor, seed in zip(sensors, seeds[2:-1], strict=True)
+            Thermometer(one, what, settings.temperature_noise_C, seed, self._miswired.place_of(one))
+            for (one, what), seed in zip(sensors, seeds[2:-1], strict=True)
         )
         self._look_at_thermometers()
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.drivers.instruments import SensorEntry
 from bufferstand.drivers.simulated.faults import nearest
 from bufferstand.drivers.simulated.miswiring.settings import (
     Miswired,
@@ -17,7 +18,7 @@ from bufferstand.drivers.simulated.miswiring.settings import (
 from bufferstand.drivers.simulated.miswiring.signal import WrongForce, WrongSignal
 from bufferstand.drivers.simulated.miswiring.thermometer import MisplacedThermometer
 from bufferstand.drivers.simulated.transducers import Converters
-from bufferstand.drivers.stand_file import SensorSettings, StandFile
+from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import STROKE_CHANNELS
 
@@ -90,7 +91,7 @@ class MiswiredStand:
         right = converters.values(counts[:, np.newaxis])[:, 0]
         return converters.counts_of(0, self._amplifier.arrive(time_s, right))
 
-    def place_of(self, sensor: SensorSettings) -> MisplacedThermometer | None:
+    def place_of(self, sensor: SensorEntry) -> MisplacedThermometer | None:
         """Return where a thermometer sits in truth, None where it sits right."""
         facts = self._thermometers.get(sensor.name)
         return None if facts is None else MisplacedThermometer(sensor.role, facts)
@@ -119,8 +120,7 @@ def _demand_possible(stand_file: StandFile, facts: Miswired) -> None:
             place="simulation.miswired.amplifier",
             remedy="leave it out, or add the table [amplifier]",
         )
-    sensors = () if stand_file.temperature is None else stand_file.temperature.sensor
-    have = [sensor.name for sensor in sensors]
+    have = [sensor.name for sensor in stand_file.temperature_sensors]
     for name in facts.thermometer:
         if name not in have:
             raise BadInput(

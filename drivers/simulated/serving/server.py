@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from bufferstand.drivers.instruments import Instrument, Place, TcpAddress
+from bufferstand.drivers.instruments import FolderAddress, Instrument, Place, SerialAddress, TcpAddress
 from bufferstand.drivers.simulated.build import demand_possible, make_device
 from bufferstand.drivers.simulated.faults import SOCKET, FaultControl, FrameFaults, ScheduledFault
 from bufferstand.drivers.simulated.machine import SimulatedDevice, TruthLog
@@ -60,20 +60,19 @@ class Served:
     ----------
     host, port
         Of the controller's Modbus TCP server; empty and 0 where it is on a serial line.
-    w1_root : str or None
-        Folder of the 1-Wire devices, absolute.
+    w1_root, onewire_port : str or None
+        Of the first thermometers, absolute, where they are a folder or on a serial line.
     speed : float
         Stand seconds in one second of the wall.
     pid : int
         Of the serving process.
     controller_serial : str or None
         The controller's serial device, absolute.
-    onewire_port : str or None
-        Serial device of the 1-Wire adapter, absolute.
     faults_socket : str or None
         Where it takes faults (``bufferstand fault``), absolute.
     instruments : mapping
-        By stream: the serial device, absolute, or host and port.
+        By stream, of thermometers by the name of their wire: serial device or folder, absolute, or host and
+        port.
     time_file : str or None
         Where it shows its time (:class:`bufferstand.drivers.simulated.serving.clock.StandClock`), absolute.
     """
@@ -98,9 +97,7 @@ class Served:
                 stream: Path(place) if isinstance(place, str) else TcpAddress(*place)
                 for stream, place in self.instruments.items()
             },
-            w1_root=None if self.w1_root is None else Path(self.w1_root),
             controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
-            onewire_port=None if self.onewire_port is None else Path(self.onewire_port),
         )
 
 
@@ -267,11 +264,11 @@ class StandServer:
         return Served(
             host=host,
             port=port,
-            w1_root=None if ends.w1_root is None else str(ends.w1_root),
+            w1_root=self._first_thermometers(FolderAddress, places),
             speed=self._options.speed,
             pid=os.getpid(),
             controller_serial=None if line is None else str(line),
-            onewire_port=None if ends.onewire_port is None else str(ends.onewire_port),
+            onewire_port=self._first_thermometers(SerialAddress, places),
             faults_socket=str(self._control.path),
             instruments={
                 stream: str(place) if isinstance(place, Path) else (place.host, place.port)
@@ -279,6 +276,13 @@ class StandServer:
             },
             time_file=str(self._time_file),
         )
+
+    def _first_thermometers(
+        self, wire: type[FolderAddress | SerialAddress], places: Mapping[str, Place]
+    ) -> str | None:
+        """Return where the first thermometers are reached, if their wire is such a one."""
+        first = next(iter(self._file.thermometers), None)
+        return str(places[first.stream]) if first is not None and isinstance(first.wire(), wire) else None
 
     def _show_time(self) -> ShownTime:
         try:
@@ -298,7 +302,8 @@ class StandServer:
         found: dict[str, Place] = {}
         folder, port = self._options.wires, self._options.port
         for one, wire in self._with_registers:
-            address, table = one.kind.wire(one.settings, one.folder), one.kind.table
+            address, table = one.wire(), one.kind.table
+            assert not isinstance(address, FolderAddress)
             if isinstance(address, TcpAddress):
                 host = self._own(address.host, f"{table}.modbus.host")
                 found[one.stream] = TcpAddress(

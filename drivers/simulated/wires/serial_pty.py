@@ -11,6 +11,7 @@ import tty
 from collections import deque
 from contextlib import suppress
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -95,6 +96,38 @@ class SerialPty:
     def _close_ends(self) -> None:
         os.close(self._master)
         os.close(self._slave)
+
+
+class _Answers(Protocol):
+    def obey(self, data: bytes) -> bytes: ...
+
+
+class AnsweringPty(SerialPty):
+    """A serial port behind which a device answers.
+
+    Parameters
+    ----------
+    link : Path
+        Where the serial device shall appear, as a symbolic link.
+    device : object
+        What answers: its method ``obey`` takes bytes and returns the answers.
+    place : str
+        Key of the stand file that names the port, for messages.
+
+    Raises
+    ------
+    BadInput
+        If something that is no link lies there, or the link cannot be made.
+    """
+
+    def __init__(self, link: Path, device: _Answers, place: str = "temperature.port") -> None:
+        super().__init__(link, place)
+        self.device = device
+
+    def pump(self) -> None:
+        """Obey what has been written to the port."""
+        while data := self.receive():
+            self.send(self.device.obey(data))
 
 
 class InstrumentPty(SerialPty):

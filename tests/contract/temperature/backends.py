@@ -1,22 +1,29 @@
-"""Every way to DS18B20 sensors, behind one face: three sensors whose readings and faults the test sets."""
+"""Every kind of thermometers, behind one face: three sensors whose readings and faults the test sets."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol, get_args
 
+from bufferstand.drivers.instruments.catalogue import kinds
+from bufferstand.drivers.instruments.kind import InstrumentSite
+from bufferstand.drivers.instruments.thermometer_kind import SensorEntry, ThermometerKind
+from bufferstand.drivers.instruments.wire_address import SerialAddress
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.simulated.faults.schedule import ScheduledFault
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
-from bufferstand.drivers.simulated.wires.ds2480b import Ds2480bDevice, Ds2480bPty
-from bufferstand.drivers.simulated.wires.onewire import OneWireBus, OneWireSensor
+from bufferstand.drivers.simulated.wires.serial_pty import AnsweringPty
 from bufferstand.drivers.stand_file.loading import load_stand
-from bufferstand.drivers.stand_file.schema import OneWireSettings
-from bufferstand.drivers.thermometers.ds2480b import rom_bytes
-from bufferstand.drivers.thermometers.ds2480b_bus import Ds2480bBus
-from bufferstand.drivers.thermometers.w1_folder import TRIGGER, W1Bus
+from bufferstand.drivers.thermometers.ds18b20_settings import OneWireSettings
+from bufferstand.drivers.thermometers.ds2480b.adapter import rom_bytes
+from bufferstand.drivers.thermometers.ds2480b.simulated import Ds2480bDevice
+from bufferstand.drivers.thermometers.ds2480b.simulated_bus import OneWireBus, OneWireSensor
+from bufferstand.drivers.thermometers.ds2480b.thermometer import Ds2480bBus
+from bufferstand.drivers.thermometers.w1.thermometer import TRIGGER, W1Bus
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump
@@ -30,9 +37,12 @@ class Backend(Protocol):
     """Three sensors under test."""
 
     sensors: tuple[Sensor, ...]
+    addresses: tuple[str, ...]
+    faults: tuple[str, ...]
+    """Of ``power-on`` and ``silence``, those that it has."""
 
-    def show(self, index: int, counts: int) -> None:
-        """Let a sensor feel a temperature [1/16 °C]."""
+    def show(self, index: int, shown_C: float) -> None:
+        """Let a sensor feel a temperature, a whole number of its counts [°C]."""
         ...
 
     def power_on(self, index: int, *, lasts: bool) -> None:
@@ -61,7 +71,14 @@ def temperature_settings(**more: object) -> OneWireSettings:
     return OneWireSettings.model_validate({"kind": "w1", "period_s": 0.05, "sensor": sensors, **more})
 
 
-class InProcess:
+class OneWire:
+    """What ways to DS18B20 sensors have in common."""
+
+    addresses = ROMS
+    faults = ("power-on", "silence")
+
+
+class InProcess(OneWire):
     """The simulated stand's thermometers in virtual time."""
 
     def __init__(self, folder: Path) -> None:
@@ -69,7 +86,8 @@ class InProcess:
         self._stand = open_in_process(load_stand(SAMPLE_STAND))
         self.sensors = self._stand.stand.sensors[1:]
 
-    def show(self, index: int, counts: int) -> None:
+    def show(self, index: int, shown_C: float) -> None:
+        counts = round(16 * shown_C)
         thermometer = self._stand.device.thermometers[index]
         thermometer.look = lambda now_s, _: thermometer.readings.append((now_s, counts))  # type: ignore[method-assign]
 
@@ -93,7 +111,7 @@ class InProcess:
             schedule.add(ScheduledFault(f"temperature_{index + 1}", kind, now_s))  # type: ignore[arg-type]
 
 
-class Folder:
+class Folder(OneWire):
     """A folder as the kernel's, in one of the three ways of reading it."""
 
     def __init__(self, folder: Path, access: str) -> None:
@@ -109,8 +127,8 @@ class Folder:
         ).sensors
         self._pump = Pump(self._convert)
 
-    def show(self, index: int, counts: int) -> None:
-        self._pads[index] = scratchpad(counts)
+    def show(self, index: int, shown_C: float) -> None:
+        self._pads[index] = scratchpad(round(16 * shown_C))
         self._write(index)
 
     def power_on(self, index: int, *, lasts: bool) -> None:
@@ -141,7 +159,7 @@ class Folder:
             self._bulk.write_text("1\n", encoding="ascii")
 
 
-class Adapter:
+class Adapter(OneWire):
     """A simulated DS2480B on a pty."""
 
     def __init__(self, folder: Path) -> None:
@@ -150,13 +168,13 @@ class Adapter:
             OneWireSensor(rom_bytes(rom), lambda i=i: self._counts[i], time.monotonic, conversion_s=0.02)  # type: ignore[misc]
             for i, rom in enumerate(ROMS)
         ]
-        self._pty = Ds2480bPty(folder / "adapter", Ds2480bDevice(OneWireBus(self._devices)))
+        self._pty = AnsweringPty(folder / "adapter", Ds2480bDevice(OneWireBus(self._devices)))
         settings = temperature_settings(kind="ds2480b", port="adapter")
         self.sensors: tuple[Sensor, ...] = Ds2480bBus(folder / "adapter", settings, WallClock()).sensors
         self._pump = Pump(self._pty.pump, 0.0005)
 
-    def show(self, index: int, counts: int) -> None:
-        self._counts[index] = counts
+    def show(self, index: int, shown_C: float) -> None:
+        self._counts[index] = round(16 * shown_C)
 
     def power_on(self, index: int, *, lasts: bool) -> None:
         self._devices[index].state = "power-on" if lasts else "ok"
@@ -172,10 +190,91 @@ class Adapter:
         self._pty.close()
 
 
+@dataclass
+class FeltSensor:
+    """A sensor as a kind's simulated device sees it."""
+
+    settings: SensorEntry
+    count: int
+    conversions: int = 1
+
+
+class OfKind:
+    """Any kind on its simulated device, as an entry of a stand file leads to it."""
+
+    def __init__(self, folder: Path, kind: ThermometerKind[Any]) -> None:
+        entry = self._entry(kind)
+        settings = kind.settings.model_validate(entry)
+        self._now_s = time.monotonic
+        self._type = kind.sensor_type
+        self._shown: dict[str, str] = {}
+        self._felt = [FeltSensor(one, self._counts(21.0)) for one in settings.sensor]  # type: ignore[attr-defined]
+        self.addresses = tuple(one.settings.address for one in self._felt)
+        names = {"power-on": "power-on", "silent": "silence"}
+        self.faults = tuple(told for name, told in names.items() if self._type.faults.get(name))
+        place = folder / "wire"
+        self._device = kind.simulated(settings, self._felt, self, place)
+        on_line = isinstance(kind.wire(settings, folder), SerialAddress)
+        self._line = AnsweringPty(place, self._device) if on_line else None
+        self._pump = Pump(self._serve)
+        self.sensors = kind.drivers(settings, InstrumentSite(folder, WallClock(), "thermometers"))
+
+    @staticmethod
+    def _entry(kind: ThermometerKind[Any]) -> dict[str, Any]:
+        (schema,) = [
+            one for one in get_args(kind.settings.model_fields["sensor"].annotation) if one is not ...
+        ]
+        examples = schema.model_fields[schema.ADDRESS].examples
+        sensors = [
+            {schema.ADDRESS: address, "name": f"temperature_{number}", "place": place}
+            for number, (address, place) in enumerate(zip(examples, PLACES, strict=True), 1)
+        ]
+        wire = {"root": "wire"} if kind.name == "w1" else {"port": "wire"}
+        return {"kind": kind.name, "period_s": 0.05, "sensor": sensors, **wire}
+
+    def at(self, target: str, time_s: float) -> str | None:
+        """Return the fault of a sensor, as the simulated device asks for it."""
+        del time_s
+        return self._shown.get(target)
+
+    def show(self, index: int, shown_C: float) -> None:
+        felt = self._felt[index]
+        felt.count, felt.conversions = self._counts(shown_C), felt.conversions + 1
+
+    def power_on(self, index: int, *, lasts: bool) -> None:
+        self._fault(index, "power-on" if lasts else "")
+
+    def silence(self, index: int, *, lasts: bool) -> None:
+        self._fault(index, "silent" if lasts else "")
+
+    def wait(self) -> None:
+        time.sleep(0.02)
+
+    def close(self) -> None:
+        self._pump.close()
+        if self._line is not None:
+            self._line.close()
+        self._device.close()
+
+    def _counts(self, shown_C: float) -> int:
+        return round(float(self._type.nominal.counts_of(shown_C)))
+
+    def _fault(self, index: int, name: str) -> None:
+        self._shown = {f"temperature_{index + 1}": name} if name else {}
+        self._felt[index].conversions += 1
+
+    def _serve(self) -> None:
+        sent = self._device.update(20.0 * self._now_s())
+        if self._line is not None:
+            self._line.send(sent)
+            self._line.pump()
+
+
 BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "in-process": InProcess,
     "folder-w1_slave": lambda folder: Folder(folder, "w1_slave"),
     "folder-temperature": lambda folder: Folder(folder, "temperature"),
     "folder-bulk": lambda folder: Folder(folder, "bulk"),
-    "ds2480b": Adapter,
+    "adapter": Adapter,
 }
+BACKENDS |= {kind.name: partial(OfKind, kind=kind) for kind in kinds() if isinstance(kind, ThermometerKind)}

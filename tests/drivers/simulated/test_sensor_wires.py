@@ -9,14 +9,14 @@ import pytest
 
 from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.simulated.build import make_device
-from bufferstand.drivers.simulated.inprocess.sensors import reading_fault
 from bufferstand.drivers.simulated.machine.device import SimulatedDevice
 from bufferstand.drivers.simulated.wires.sensors import SensorWires
-from bufferstand.drivers.simulated.wires.w1_tree import W1Tree
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.drivers.thermometers.ds18b20 import FAULT_TEXTS, ReadingFault, TemperatureReading
-from bufferstand.drivers.thermometers.w1_folder import FolderReader, read_sensor
+from bufferstand.drivers.thermometers.ds18b20_sensor import SHOWN_AS
+from bufferstand.drivers.thermometers.w1.simulated import W1Tree
+from bufferstand.drivers.thermometers.w1.thermometer import FolderReader, read_sensor
 from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import Collector, until
 from tests.drivers.conftest import SAMPLE_STAND
@@ -119,7 +119,7 @@ def test_each_fault_of_the_folder_is_read_as_what_it_is(tmp_path: Path, kind: st
     assert isinstance(read_sensor(tree.root, ROM), TemperatureReading)
     tree.update(1.5)
     found = read_sensor(tree.root, ROM)
-    assert found is reading_fault(kind)
+    assert found is SHOWN_AS[kind]
     assert isinstance(found, ReadingFault)
     assert "look" in FAULT_TEXTS[found]
     tree.update(2.5)

@@ -23,8 +23,9 @@ from bufferstand.drivers.amplifiers.gsv2.simulated import Gsv2Device, encode_fra
 from bufferstand.drivers.simulated.faults.schedule import ScheduledFault, parse_fault
 from bufferstand.drivers.simulated.machine.instruments import InstrumentValues
 from bufferstand.drivers.simulated.wires.serial_pty import BUFFER, InstrumentPty
-from bufferstand.drivers.simulated.wires.w1_tree import W1Tree, millidegrees, scratchpad, slave_text
 from bufferstand.drivers.thermometers.ds18b20 import ReadingFault, TemperatureReading, crc8, decode_w1_slave
+from bufferstand.drivers.thermometers.simulated_scratchpad import millidegrees, scratchpad, slave_text
+from bufferstand.drivers.thermometers.w1.simulated import W1Tree
 from bufferstand.foundation.errors import BadInput
 from tests.drivers.simulated.standing import device
 

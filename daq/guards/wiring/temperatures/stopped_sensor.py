@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-from bufferstand.drivers.stand_file import CELSIUS_PER_COUNT
+from bufferstand.drivers.thermometers import CELSIUS_PER_COUNT
 
 STEP_K, COARSEST_K = CELSIUS_PER_COUNT, 8.0 * CELSIUS_PER_COUNT
 """A sensor's step is that of a DS18B20 with twelve bits, or the least that it has ever shown, as far as one

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import serial
 
-from bufferstand.drivers.serial_line import QUIET_S, READ_S, SerialLine, cannot_be_opened
-from bufferstand.drivers.stand_file import OneWireSettings
+from bufferstand.drivers.serial_line import SerialLine, open_port
 from bufferstand.drivers.thermometers.bus import TemperatureBus
 from bufferstand.drivers.thermometers.ds18b20 import (
     SCRATCHPAD_BYTES,
@@ -18,7 +17,9 @@ from bufferstand.drivers.thermometers.ds18b20 import (
     TemperatureReading,
     decode_scratchpad,
 )
-from bufferstand.drivers.thermometers.ds2480b import (
+from bufferstand.drivers.thermometers.ds18b20_sensor import DS18B20
+from bufferstand.drivers.thermometers.ds18b20_settings import OneWireSettings
+from bufferstand.drivers.thermometers.ds2480b.adapter import (
     BAUD,
     MATCH_ROM,
     SKIP_ROM,
@@ -124,13 +125,9 @@ class Ds2480bReader:
     def _opened(self) -> Ds2480b:
         if self._adapter is not None:
             return self._adapter
-        try:
-            port = serial.Serial(str(self._path), BAUD, timeout=READ_S, write_timeout=QUIET_S, exclusive=True)
-        except (OSError, ValueError) as error:
-            reason = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
-            raise DeviceFault(cannot_be_opened(f"1-Wire adapter at {self._path}", reason)) from None
-        self._port = port
-        line = SerialLine(port, self._clock, f"1-Wire adapter at {self._path}")
+        name = f"1-Wire adapter at {self._path}"
+        self._port = port = open_port(self._path, BAUD, name)
+        line = SerialLine(port, self._clock, name)
         adapter = Ds2480b(line, lambda: port.send_break(_BREAK_S))
         try:
             adapter.begin()
@@ -193,11 +190,11 @@ class Ds2480bBus(TemperatureBus):
     ----------
     port : Path
         Serial device.
-    settings : TemperatureSettings
+    settings : OneWireSettings
         Sensors, period, power.
     clock : Clock
         Stand time for period and stamps, wall time for the waits.
     """
 
     def __init__(self, port: Path, settings: OneWireSettings, clock: Clock) -> None:
-        super().__init__(Ds2480bReader(port, clock, parasite=settings.parasite), settings, clock)
+        super().__init__(Ds2480bReader(port, clock, parasite=settings.parasite), settings, clock, DS18B20)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
-from bufferstand.drivers.simulated.wires.w1_tree import scratchpad
+from bufferstand.drivers.thermometers.simulated_scratchpad import scratchpad
 
 SensorState = Literal["ok", "absent", "power-on", "no-power", "all-zero", "crc", "hangs"]
 """How a sensor is: as it should be, off the bus, just powered on, without power for a conversion, showing

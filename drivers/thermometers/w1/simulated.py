@@ -3,47 +3,23 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from bufferstand.drivers.simulated.faults import FaultSchedule
-from bufferstand.drivers.simulated.machine import CONVERSION_S, Thermometer
-from bufferstand.drivers.thermometers import HIGHEST_COUNT, NO_POWER_COUNT, POWER_ON_COUNT, crc8
+from bufferstand.drivers.instruments import SensorFaults, SimulatedSensor
+from bufferstand.drivers.thermometers.ds18b20 import (
+    CONVERSION_S,
+    HIGHEST_COUNT,
+    NO_POWER_COUNT,
+    POWER_ON_COUNT,
+)
+from bufferstand.drivers.thermometers.simulated_scratchpad import millidegrees, scratchpad, slave_text
 from bufferstand.foundation import BadInput
 
 MASTER = "w1_bus_master1"
 TRIGGER = b"trigger\n"
-_POWER_ON_BYTE_6 = 0x0C
 _FILES = ("w1_slave", "temperature")
-
-
-def scratchpad(counts: int, *, power_on: bool = False) -> bytes:
-    """Return the nine bytes of a DS18B20's scratchpad at 12 bit.
-
-    Parameters
-    ----------
-    counts : int
-        Temperature in 1/16 °C.
-    power_on : bool
-        Whether no conversion has been made yet: byte 6 of a genuine part tells it from a true 85 °C.
-    """
-    low, high = counts & 0xFF, counts >> 8 & 0xFF
-    byte_6 = _POWER_ON_BYTE_6 if power_on else 0x10 - (low & 0x0F)
-    data = bytes((low, high, 0x4B, 0x46, 0x7F, 0xFF, byte_6, 0x10))
-    return data + bytes((crc8(data),))
-
-
-def slave_text(data: bytes) -> str:
-    """Return what the kernel shows as ``w1_slave`` for a scratchpad."""
-    shown = " ".join(f"{byte:02x}" for byte in data)
-    valid = "YES" if crc8(data[:8]) == data[8] else "NO"
-    return f"{shown} : crc={data[8]:02x} {valid}\n{shown} t={millidegrees(data)}\n"
-
-
-def millidegrees(data: bytes) -> int:
-    """Return the temperature of a scratchpad in 1/1000 °C as the kernel computes it, towards zero."""
-    counts = int.from_bytes(data[:2], "little", signed=True)
-    return int(counts * 1000 / 16)
 
 
 class W1Tree:
@@ -53,8 +29,9 @@ class W1Tree:
     ----------
     root : Path
         The folder that stands for ``/sys/bus/w1/devices``.
-    thermometers : tuple of Thermometer
-    faults : FaultSchedule
+    thermometers : sequence of SimulatedSensor
+        They are known by their ROM.
+    faults : SensorFaults
 
     Raises
     ------
@@ -62,7 +39,7 @@ class W1Tree:
         If the folder cannot be made.
     """
 
-    def __init__(self, root: Path, thermometers: tuple[Thermometer, ...], faults: FaultSchedule) -> None:
+    def __init__(self, root: Path, thermometers: Sequence[SimulatedSensor], faults: SensorFaults) -> None:
         self.root = root
         self._thermometers = thermometers
         self._faults = faults
@@ -79,29 +56,34 @@ class W1Tree:
             )
         try:
             for thermometer in thermometers:
-                (root / thermometer.settings.rom).mkdir(parents=True, exist_ok=True)
+                (root / thermometer.settings.address).mkdir(parents=True, exist_ok=True)
             self._bulk.parent.mkdir(parents=True, exist_ok=True)
             self._bulk.write_text("0\n", encoding="ascii")
         except OSError as error:
             raise BadInput(f"cannot be made: {error.strerror}", file=root, place="temperature.root") from None
         self.update(0.0)
 
-    def update(self, now_s: float) -> None:
+    def obey(self, data: bytes) -> bytes:
+        """Answer nothing: a folder has no line."""
+        del data
+        return b""
+
+    def update(self, now_s: float) -> bytes:
         """Write what has changed by stand time ``now_s`` [s]; convert together when that is triggered."""
         self._look_at_bulk(now_s)
         for thermometer in self._thermometers:
             settings = thermometer.settings
             fault = self._faults.at(settings.name, now_s)
             state = (thermometer.conversions, fault)
-            if self._shown.get(settings.rom) == state or fault == "frozen":
+            if self._shown.get(settings.address) == state or fault == "frozen":
                 continue
-            self._shown[settings.rom] = state
-            folder = self.root / settings.rom
+            self._shown[settings.address] = state
+            folder = self.root / settings.address
             if fault == "stale":
                 self._hang(folder)
                 continue
             self._release(folder)
-            slave, value = faulty_texts(fault, thermometer.readings[-1][1])
+            slave, value = faulty_texts(fault, thermometer.count)
             if slave is None:
                 for name in _FILES:
                     (folder / name).unlink(missing_ok=True)
@@ -112,6 +94,7 @@ class W1Tree:
             mode = 0o000 if fault == "unreadable" else 0o644
             for name in _FILES:
                 (folder / name).chmod(mode)
+        return b""
 
     def _hang(self, folder: Path) -> None:
         """Let whoever reads a sensor wait without end, as on a bus that hangs: pipes instead of files."""
@@ -150,7 +133,7 @@ class W1Tree:
     def close(self) -> None:
         """Take the tree away, and the folders that are empty then."""
         for thermometer in self._thermometers:
-            folder = self.root / thermometer.settings.rom
+            folder = self.root / thermometer.settings.address
             self._release(folder)
             for name in _FILES:
                 (folder / name).unlink(missing_ok=True)

@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
-from bufferstand.drivers.stand_file import OneWireSettings
 from bufferstand.drivers.thermometers.bus import BusSensor as W1Sensor
 from bufferstand.drivers.thermometers.bus import TemperatureBus
 from bufferstand.drivers.thermometers.ds18b20 import (
@@ -24,6 +23,8 @@ from bufferstand.drivers.thermometers.ds18b20 import (
     decode_temperature,
     decode_w1_slave,
 )
+from bufferstand.drivers.thermometers.ds18b20_sensor import DS18B20
+from bufferstand.drivers.thermometers.ds18b20_settings import OneWireSettings
 from bufferstand.foundation import Clock, DeviceFault
 
 __all__ = ["FolderReader", "W1Bus", "W1Sensor", "read_sensor", "read_temperature", "roms_on_bus"]
@@ -182,7 +183,7 @@ class W1Bus(TemperatureBus):
     ----------
     root : Path
         Folder of the 1-Wire devices.
-    settings : TemperatureSettings
+    settings : OneWireSettings
         Sensors, period, way of reading.
     clock : Clock
         Stand time for period and stamps, wall time for the judgement of a stall.
@@ -190,7 +191,7 @@ class W1Bus(TemperatureBus):
 
     def __init__(self, root: Path, settings: OneWireSettings, clock: Clock) -> None:
         reader = FolderReader(root, settings.access, settings.bulk_master)
-        super().__init__(reader, settings, clock)
+        super().__init__(reader, settings, clock, DS18B20)
 
 
 def _text(path: Path) -> str | ReadingFault:

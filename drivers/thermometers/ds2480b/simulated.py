@@ -5,10 +5,12 @@ By the data sheet's command set, bit by bit: pulses and their durations only as 
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
-from bufferstand.drivers.simulated.wires.onewire import OneWireBus
-from bufferstand.drivers.simulated.wires.serial_pty import SerialPty
+from bufferstand.drivers.instruments import SensorFaults, SimulatedSensor
+from bufferstand.drivers.thermometers.ds18b20 import CONVERSION_S
+from bufferstand.drivers.thermometers.ds2480b.adapter import rom_bytes
+from bufferstand.drivers.thermometers.ds2480b.simulated_bus import FAULT_STATES, OneWireBus, OneWireSensor
 
 _DATA_MODE, _COMMAND_MODE, _END_PULSE = 0xE1, 0xE3, 0xF1
 _SINGLE_BIT, _SEARCH, _RESET, _PULSE = 0x80, 0xA0, 0xC0, 0xE0
@@ -115,26 +117,44 @@ class Ds2480bDevice:
         return bytes((self._parameters.get(value >> 1, 0),))
 
 
-class Ds2480bPty(SerialPty):
-    """The adapter at a path of one's choice.
+class SimulatedDs2480b:
+    """An adapter with a bus behind it, as the simulated stand's sensors and faults are.
 
     Parameters
     ----------
-    link : Path
-        Where the serial device shall appear, as a symbolic link.
-    device : Ds2480bDevice
-
-    Raises
-    ------
-    BadInput
-        If something that is no link lies there, or the link cannot be made.
+    sensors : sequence of SimulatedSensor
+        They are known by their ROM.
+    faults : SensorFaults
     """
 
-    def __init__(self, link: Path, device: Ds2480bDevice) -> None:
-        super().__init__(link, "temperature.port")
-        self.device = device
+    def __init__(self, sensors: Sequence[SimulatedSensor], faults: SensorFaults) -> None:
+        self._names = [one.settings.name for one in sensors]
+        self._faults = faults
+        self._now_s = 0.0
+        self._bus = OneWireBus([self._sensor(one) for one in sensors])
+        self._adapter = Ds2480bDevice(self._bus)
 
-    def pump(self) -> None:
-        """Obey what has been written to the port."""
-        while data := self.receive():
-            self.send(self.device.obey(data))
+    def update(self, now_s: float) -> bytes:
+        """Let the bus be as it is at stand time ``now_s`` [s]; nothing is sent by itself."""
+        self._now_s = now_s
+        shown = [self._faults.at(name, now_s) for name in self._names]
+        self._bus.shorted = "shorted" in shown
+        for sensor, fault in zip(self._bus.sensors, shown, strict=True):
+            sensor.state = FAULT_STATES.get(fault or "", "ok")
+            sensor.external_power = fault != "unpowered"
+        return b""
+
+    def obey(self, data: bytes) -> bytes:
+        """Take bytes; return what comes back."""
+        return self._adapter.obey(data)
+
+    def close(self) -> None:
+        """Nothing was made."""
+
+    def _sensor(self, one: SimulatedSensor) -> OneWireSensor:
+        return OneWireSensor(
+            rom_bytes(one.settings.address),
+            lambda: one.count,
+            lambda: self._now_s,
+            conversion_s=0.8 * CONVERSION_S,
+        )
