@@ -152,10 +152,10 @@ def findings(
         groups.setdefault(found.choice or found.path, []).append((one, found))
     said: list[ValidationMessage] = []
     for tried in groups.values():
-        one = ValidationMessage(tried, within)
+        message = ValidationMessage(tried, within)
         # What is said of a list and of what lies in it has one reason.
-        if not any(other.path[: len(one.path)] == one.path[: len(other.path)] for other in said):
-            said.append(one)
+        if not any(other.path[: len(message.path)] == message.path[: len(other.path)] for other in said):
+            said.append(message)
     meant = {one.meant for one in said}
     said = [one for one in said if not (one.is_missing and one.path in meant)]
     return sorted(said, key=lambda one: not one.is_unknown_key)
