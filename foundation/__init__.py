@@ -27,6 +27,10 @@ if TYPE_CHECKING:
         ForceSpeed,
         curve_problem,
     )
+    from bufferstand.foundation.how_called import (
+        how_to_add,
+        program,
+    )
     from bufferstand.foundation.installed import (
         installed_kinds,
     )
@@ -106,11 +110,13 @@ __all__ = [
     "duration_text",
     "exchange",
     "has_controls",
+    "how_to_add",
     "installed_kinds",
     "json_schema",
     "loaded_when_used",
     "plain",
     "plain_but_for_displays",
+    "program",
     "short_address",
     "steady_s",
     "to_inside",
