@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -81,7 +81,7 @@ def of_type(kind: type[T], content: Any, largest: float = LARGEST) -> T:
     if (wrong := out_of_form(content, largest=largest)) is not None:
         raise MistypedError(f"{'.'.join(map(str, wrong.path))}: {wrong.problem}")
     try:
-        found: T = _adapter(kind).validate_json(json.dumps(content), strict=True)
+        found: T = _adapter(cast("Any", kind)).validate_json(json.dumps(content), strict=True)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"]) or "it"
