@@ -12,7 +12,7 @@ from importlib.resources import files
 from typing import Any
 
 from starlette.applications import Starlette
-from starlette.requests import HTTPConnection, Request
+from starlette.requests import ClientDisconnect, HTTPConnection, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -25,6 +25,8 @@ from bufferstand.foundation import BadInput
 
 MOST_PAGES = 24
 """Pages that are served at once."""
+KEPT_FOR_CONTROL = 4
+"""Of them so many are for those who may act: who only looks on cannot keep the operator out."""
 SEND_S = 0.05
 """Least time between two messages to a page [s]."""
 SIGN_OF_LIFE_S = 0.5
@@ -217,6 +219,8 @@ class Pages:
                         return _refusal(413, "this is too long")
         except TimeoutError:
             return _refusal(408, "this took too long")
+        except ClientDisconnect:  # nobody is there any more to be told
+            return _refusal(400, "this broke off")
         try:
             content = json.loads(body)
         except (ValueError, RecursionError):
@@ -232,7 +236,8 @@ class Pages:
         """Tell a page everything, as it comes, as long as it keeps up."""
         ours = self._access.origin_is_ours(page.headers.get("origin"), page.headers["host"])
         rights = self.rights(page)
-        if not ours or rights == "none" or self._open >= MOST_PAGES:
+        most = MOST_PAGES if rights == "control" else MOST_PAGES - KEPT_FOR_CONTROL
+        if not ours or rights == "none" or self._open >= most:
             await page.close(1008)
             return
         await page.accept()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -79,6 +80,13 @@ class JournalTail:
         BadInput
             If the journal cannot be understood.
         """
+        try:
+            return self._news()
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            what = f"{type(error).__name__}: {error}"
+            raise BadInput(f"the journal cannot be understood ({what})", file=self.path) from None
+
+    def _news(self) -> News:
         news = News()
         records = self._reader.poll()
         if self._facts is None and self._reader.header is not None:
@@ -151,8 +159,9 @@ class JournalTail:
     def _line(self, event: Event) -> dict[str, Any]:
         utc = ""
         if self._anchor is not None:
-            moment = datetime.fromisoformat(self._anchor.utc)
-            utc = (moment + timedelta(seconds=event.at_s - self._anchor.host_s)).isoformat()
+            with suppress(ValueError, OverflowError):  # of a strange journal: without its time
+                moment = datetime.fromisoformat(self._anchor.utc)
+                utc = (moment + timedelta(seconds=event.at_s - self._anchor.host_s)).isoformat()
         return {"utc": utc, "at_s": round(event.at_s, 3), "text": f"{event.kind}: {event.text}"}
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
+import sys
+from collections import Counter
 from collections.abc import Awaitable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO, TypeGuard
 
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -21,6 +24,8 @@ from bufferstand.daq.monitor.view import View
 MOST_CONNECTIONS = 96
 MOST_OF_ONE = 40
 """Connections of one address."""
+MOST_LOG_BYTES = 65536
+"""What is noted of faults while a page is served; strangers can make it write, and the disk is for runs."""
 FIRST_REQUEST_S = 10.0
 """A connection that has asked nothing whole for so long is closed [s]."""
 MOST_HEAD_BYTES = 16384
@@ -32,20 +37,54 @@ _ASK_AGAIN_S = 0.02
 
 
 class ImpatientProtocol(H11Protocol):
-    """HTTP/1.1 that bounds connections, and closes those that dawdle over their first request."""
+    """HTTP/1.1 that bounds connections, and closes those that dawdle over their first request.
+
+    Where there are too many, the one that has been there longest goes for the one that comes: whoever holds
+    many and says nothing keeps nobody out, for an honest request is answered in no time. A page that is being
+    told things (a WebSocket) stays.
+    """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Take a connection, if there are not too many."""
+        """Take a connection, in the place of the oldest of those that are too many."""
         super().connection_made(transport)
-        mine = [one for one in self.connections if _host(one) == _host(self)]
-        if len(self.connections) > MOST_CONNECTIONS or len(mine) > MOST_OF_ONE:
-            transport.abort()
-            return
+        self.since_s = self.loop.time()
+        hosts = Counter(map(_host, self.connections))
+        crowd = _host(self) if hosts[_host(self)] > MOST_OF_ONE else hosts.most_common(1)[0][0]
+        if hosts[crowd] > MOST_OF_ONE or len(self.connections) > MOST_CONNECTIONS:
+            waiting = [one for one in self.connections if _may_go(one) and _host(one) == crowd]
+            min(waiting, key=lambda one: one.since_s, default=self).leave()
         self.loop.call_later(FIRST_REQUEST_S, self._demand_request)
+
+    def leave(self) -> None:
+        """Close the connection at once, and count it no more."""
+        self.connections.discard(self)
+        self.transport.abort()
 
     def _demand_request(self) -> None:
         if self.cycle is None and self in self.connections:
             self.transport.abort()
+
+
+def _may_go(connection: Any) -> TypeGuard[ImpatientProtocol]:
+    return isinstance(connection, ImpatientProtocol)
+
+
+class BoundedLog(logging.StreamHandler[TextIO]):
+    """Writes what is logged to standard error, until there is enough of it."""
+
+    def __init__(self, most_bytes: int = MOST_LOG_BYTES) -> None:
+        super().__init__(sys.stderr)
+        self._left = most_bytes
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write one entry, if there is still room."""
+        if self._left > 0:
+            self._left -= len(self.format(record).encode())
+            if self._left <= 0:
+                record = logging.LogRecord(
+                    record.name, record.levelno, "", 0, "further faults are not noted", None, None
+                )
+            super().emit(record)
 
 
 def _host(connection: Any) -> str:
@@ -76,6 +115,9 @@ async def serve(
     until : awaitable, optional
         Ends the server when it is done; without it, signals do.
     """
+    for name in ("uvicorn", "asyncio"):
+        logging.getLogger(name).handlers = [BoundedLog()]
+        logging.getLogger(name).propagate = False
     host, port = listener.getsockname()[:2]
     view = View()
     access = Access(tokens, loopback=is_loopback(host))
@@ -91,7 +133,7 @@ async def serve(
             ws_ping_timeout=10.0,
             ws_per_message_deflate=False,
             h11_max_incomplete_event_size=MOST_HEAD_BYTES,
-            limit_concurrency=MOST_CONNECTIONS,
+            limit_concurrency=2 * MOST_CONNECTIONS,  # those that leave are counted until they are gone
             timeout_keep_alive=5,
             timeout_graceful_shutdown=1,
             lifespan="off",

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
         too_deep,
     )
     from bufferstand.foundation.files.typed_content import (
+        MistypedError,
+        of_type,
         typed,
         typed_json,
     )
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DEEPEST",
     "TOO_MANY_DIGITS",
+    "MistypedError",
     "NotJson",
     "OutOfForm",
     "canonical_json",
@@ -50,6 +53,7 @@ __all__ = [
     "json_content",
     "json_lines",
     "json_object",
+    "of_type",
     "out_of_form",
     "readable",
     "replaced_whole",

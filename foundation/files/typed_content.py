@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Hashable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -20,6 +19,10 @@ _LONGEST = 40
 """Characters of a wrong value that are shown."""
 
 T = TypeVar("T")
+
+
+class MistypedError(ValueError):
+    """A value of a document is not what it must be; the text says which, and what it should be."""
 
 
 def typed_json(kind: type[T], text: str | bytes, file: Path, *, place: str = "", remedy: str = "") -> T:
@@ -52,22 +55,44 @@ def typed(kind: type[T], content: Any, file: Path, *, place: str = "", remedy: s
     BadInput
         As :func:`typed_json`.
     """
-    if (wrong := out_of_form(content, largest=LARGEST)) is not None:
-        key = ".".join(str(part) for part in wrong.path)
-        raise BadInput(f"{key}: {wrong.problem}", file=file, place=place, remedy=remedy)
     try:
-        found: T = _adapter(kind).validate_json(json.dumps(content), strict=True)
+        return of_type(kind, content)
+    except MistypedError as error:
+        raise BadInput(str(error), file=file, place=place, remedy=remedy) from None
+
+
+def of_type(kind: type[T], content: Any, largest: float = LARGEST) -> T:
+    """Return a JSON document as a dataclass or another type with annotations.
+
+    Parameters
+    ----------
+    kind : type
+        As of :func:`typed_json`.
+    content : object
+        What a reader of JSON gives.
+    largest : float
+        Greatest amount of a number.
+
+    Raises
+    ------
+    MistypedError
+        If a value in it is missing, of another type, or a number that is too large.
+    """
+    if (wrong := out_of_form(content, largest=largest)) is not None:
+        raise MistypedError(f"{'.'.join(map(str, wrong.path))}: {wrong.problem}")
+    try:
+        found: T = _adapter(cast("Any", kind)).validate_json(json.dumps(content), strict=True)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"]) or "it"
         said = str(first["msg"]).replace("Input should be", "it should be")
         given = "" if first["type"] == "missing" else f" = {_shown(first['input'])}"
-        raise BadInput(f"{key}{given}: {said}", file=file, place=place, remedy=remedy) from None
+        raise MistypedError(f"{key}{given}: {said}") from None
     return found
 
 
 @cache
-def _adapter(kind: Hashable) -> TypeAdapter[Any]:
+def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 

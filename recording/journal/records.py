@@ -17,8 +17,9 @@ invalid as a torn one. Zeros after the last frame are space reserved ahead.
 
 from __future__ import annotations
 
-import json
+import math
 import os
+import re
 import struct
 import zlib
 from collections.abc import Mapping
@@ -30,9 +31,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
-from bufferstand.foundation import BadInput
-from bufferstand.foundation.files import canonical_json
+from bufferstand.foundation import BadInput, has_controls
+from bufferstand.foundation.files import canonical_json, json_content, of_type
 from bufferstand.recording.content import Anchor, Event
 
 MAGIC = b"BSJ1"
@@ -43,6 +45,9 @@ _CRC_FROM = 8  # the magic and the CRC itself are not covered
 _DATA = struct.Struct("<qqII")
 MAX_PAYLOAD = 1 << 28
 _READ_AT_ONCE = 1 << 20
+LONGEST_NAME = 200
+"""Characters of the name of a stream or channel."""
+_NUMBERS = re.compile("[<>|]?(?:[iu][1248]|f[248]|b1)")
 
 
 class FrameKind(IntEnum):
@@ -78,6 +83,24 @@ class EndRecord:
 
 
 Record = DataRecord | Anchor | Event | EndRecord
+
+
+class HeaderForm(TypedDict):
+    """What a header frame holds."""
+
+    format: str
+    format_version: int
+    run_id: str
+    segment: int
+    first_record: int
+    metadata: dict[str, Any]
+
+
+class LayoutForm(TypedDict):
+    """What a layout frame holds."""
+
+    stream: str
+    channels: list[tuple[str, str]]
 
 
 class JournalEnd(Enum):
@@ -315,30 +338,34 @@ class JournalReader:
     def _record(self, kind: int, stream: int, payload: bytes) -> Record | None:
         if kind == FrameKind.DATA:
             return self._data(stream, payload)
-        content = json.loads(payload)
+        content = json_content(payload)
         if kind == FrameKind.HEADER:
             self._take_header(content)
             return None
         if kind == FrameKind.LAYOUT:
-            columns = [(name, np.dtype(dtype)) for name, dtype in content["channels"]]
-            self._layouts[stream] = (content["stream"], columns)
+            layout = of_type(LayoutForm, content)
+            columns = [(_name(name), _numbers(dtype)) for name, dtype in layout["channels"]]
+            self._layouts[stream] = (_name(layout["stream"]), columns)
             return None
         if kind == FrameKind.ANCHOR:
-            return Anchor(**content)
+            return of_type(Anchor, content, math.inf)
         if kind == FrameKind.EVENT:
-            return Event(**content)
+            return of_type(Event, content, math.inf)
         if kind == FrameKind.END:
-            return EndRecord(**content)
+            return of_type(EndRecord, content, math.inf)
         raise ValueError(f"unknown kind {kind}")
 
-    def _take_header(self, content: dict[str, Any]) -> None:
-        version = content["format_version"]
-        if content["format"] == JOURNAL_FORMAT and version > JOURNAL_VERSION:
+    def _take_header(self, content: Any) -> None:
+        known = content if isinstance(content, dict) else {}
+        version = known.get("format_version")
+        newer = isinstance(version, int) and version > JOURNAL_VERSION
+        if newer and known.get("format") == JOURNAL_FORMAT:
             raise BadInput(
                 f"journal version {version} is newer than this software understands ({JOURNAL_VERSION})",
                 file=self.path,
                 remedy="update bufferstand",
             )
+        of_type(HeaderForm, content, math.inf)
         self.header = content
 
     def _data(self, stream: int, payload: bytes) -> DataRecord:
@@ -354,6 +381,32 @@ class JournalReader:
             counts[channel] = np.frombuffer(payload, dtype, rows, offset)
             offset += rows * dtype.itemsize
         return DataRecord(name, sequence, lost, time_us, counts)
+
+
+def _name(text: str) -> str:
+    """Return the name of a stream or channel, which becomes that of a dataset.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be one.
+    """
+    if not text.strip(".") or "/" in text or len(text) > LONGEST_NAME or has_controls(text):
+        raise ValueError(f"{text[:LONGEST_NAME]!r} is no name of a channel")
+    return text
+
+
+def _numbers(dtype: str) -> np.dtype[Any]:
+    """Return the type of a channel's numbers.
+
+    Raises
+    ------
+    ValueError
+        If it is no type of plain numbers of at most eight bytes.
+    """
+    if _NUMBERS.fullmatch(dtype) is None:
+        raise ValueError(f"{dtype[:LONGEST_NAME]!r} is no type of numbers")
+    return np.dtype(dtype)
 
 
 def more_records_behind(path: Path, offset: int) -> bool:

@@ -77,6 +77,13 @@ def seal_held(journal: Path) -> Path:
             file=journal,
             remedy="move it out of this folder, and look at the disk it came from",
         )
+    if not isinstance(content.header["metadata"].get("run"), dict):
+        raise BadInput(
+            "the journal's header says nothing of its run",
+            file=journal,
+            place="metadata.run",
+            remedy="move it out of this folder: no software of ours has written it so",
+        )
     run_file = journal.with_suffix(RUN_SUFFIX)
     metadata = _document(content)
     if not _is_sealed_already(run_file, metadata):

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import logging
+import os
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from bufferstand.daq.monitor.app import MOST_PAGES
+from bufferstand.daq.monitor.app import KEPT_FOR_CONTROL, MOST_PAGES
+from bufferstand.daq.monitor.server import BoundedLog
 from bufferstand.daq.operator.notes import read_notes
 from bufferstand.recording.runfile.file import open_run
 from tests.monitor.served import HACK, TOKENS, Page, Running, hear, running, served, until
@@ -220,7 +223,12 @@ def test_a_page_that_talks_too_much_is_let_go(page: Page) -> None:
 def test_more_pages_than_there_is_room_for_are_turned_away(page: Page) -> None:
     page.enter(TOKENS.view)
     with ExitStack() as wires:
-        for _ in range(MOST_PAGES):
+        for _ in range(MOST_PAGES - KEPT_FOR_CONTROL):
+            wires.enter_context(page.live())
+        with pytest.raises(InvalidStatus), page.live():
+            pass
+        page.enter(TOKENS.control)  # the operator has a place whoever looks on
+        for _ in range(KEPT_FOR_CONTROL):
             wires.enter_context(page.live())
         with pytest.raises(InvalidStatus), page.live():
             pass
@@ -233,6 +241,57 @@ def _can_open(page: Page) -> bool:
             return True
     except InvalidStatus:
         return False
+
+
+def test_slow_connections_of_one_address_keep_nobody_out(page: Page) -> None:
+    """The operator sits at the same computer as who holds 200 connections and says little on each."""
+    page.enter(TOKENS.control)
+    begun = (
+        b"",
+        b"GET / HTTP/1.1\r\n",
+        f"POST /session HTTP/1.1\r\nHost: 127.0.0.1:{page.port}\r\nContent-Length: 999\r\n\r\n{{".encode(),
+    )
+    with page.live() as wire, ExitStack() as held:
+        for number in range(200):
+            one = held.enter_context(socket.create_connection(("127.0.0.1", page.port), timeout=60))
+            with suppress(OSError):  # it has been let go already
+                one.sendall(begun[number % len(begun)])
+        for _ in range(10):
+            assert page.request("GET", "/")[0] == 200
+            assert page.request("GET", "/session")[0] == 200
+        with page.live() as another:
+            hear(another, lambda k: k["rows"])
+        hear(wire, lambda k: k["rows"])
+
+
+def test_who_leaves_in_the_middle_of_a_request_leaves_nothing_in_the_log(tmp_path: Path) -> None:
+    with served(tmp_path) as page:
+        log = os.dup(page.process._errors.fileno())
+        head = (
+            f"POST /session HTTP/1.1\r\nHost: 127.0.0.1:{page.port}\r\nOrigin: {page.origin}\r\n"
+            "Content-Type: application/json\r\nContent-Length: 999\r\n\r\n{"
+        )
+        for _ in range(50):
+            with socket.create_connection(("127.0.0.1", page.port), timeout=60) as one:
+                one.sendall(head.encode())
+                assert page.request("GET", "/session")[0] == 200  # by now it waits for the rest
+        assert page.request("GET", "/")[0] == 200
+    try:
+        assert os.fstat(log).st_size == 0
+    finally:
+        os.close(log)
+
+
+def test_the_log_of_faults_is_bounded(capfd: pytest.CaptureFixture[str]) -> None:
+    log = BoundedLog(1000)
+    for number in range(100):
+        log.emit(
+            logging.LogRecord("uvicorn", logging.ERROR, "", 0, f"fault {number} " + "x" * 90, None, None)
+        )
+    said = capfd.readouterr().err
+    assert len(said) < 1200
+    assert said.splitlines()[0].startswith("fault 0")
+    assert said.splitlines()[-1] == "further faults are not noted"
 
 
 def test_connections_of_one_stranger_are_bounded(page: Page) -> None:
