@@ -133,7 +133,8 @@ class ReaderProcess:
     def _send(self, path: Path, request: Mapping[str, Any]) -> None:
         seconds = LEAST_S + _size_of(path) / BYTES_PER_S
         self._patience_s = WALL_RATIO * seconds
-        line = json.dumps({**request, "path": str(path.absolute()), "seconds": seconds})
+        # As this process sees it: it may be /proc/self/cwd/…, or below a link that is turned meanwhile.
+        line = json.dumps({**request, "path": os.path.realpath(path), "seconds": seconds})
         stdin = self._running().stdin
         assert stdin is not None
         try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import warnings
 from pathlib import Path
@@ -12,6 +13,7 @@ from bufferstand.cli.main import main
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.runfile import open_run
 from bufferstand.recording.runfile import reading_apart as apart
+from bufferstand.recording.runfile.reader_process import HEAD, ReaderServer
 from tests.hostile_runs.cases import ODD, REFUSED
 
 BAD_INPUT = 2
@@ -54,6 +56,24 @@ def test_what_verify_refuses_no_command_reads(
     assert capsys.readouterr().err.count("\n") <= 1
     assert given("import", path, "--out", tmp_path / "imported") == BAD_INPUT
     assert _NOT_READ in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", [*REFUSED, "good"])
+def test_what_the_reader_says_of_it(name: str, tmp_path: Path) -> None:
+    """In this process, which would die of what the other one is for: none of these has HDF5 run for ever."""
+    path = (REFUSED | ODD)[name](tmp_path)
+    said = tmp_path / "said"
+    with said.open("wb") as stream:
+        server = ReaderServer(stream.fileno())
+        server.answer({"do": "open", "path": str(path), "numbers": True})
+        server.answer({"do": "document", "path": str(path)})
+    kind, size = HEAD.unpack_from(said.read_bytes())
+    first = json.loads(said.read_bytes()[HEAD.size : HEAD.size + size])
+    assert kind == b"J"
+    assert first.keys() == {"refused"} or first.keys() == {"faults", "columns", "stamp", "inline"}
+    if name == "good":
+        assert first["faults"] == []
+        assert first["inline"]
 
 
 @pytest.mark.slow

@@ -66,6 +66,7 @@ def test_a_campaign_with_a_rotten_run_goes_on(tmp_path: Path) -> None:
     assert [step.status for step in record.steps] == ["pending", "pending"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_a_resumed_campaign_reads_of_a_crafted_run(name: str, tmp_path: Path) -> None:
     """It learns nothing from it, and goes on: nothing but a refusal comes out of any file."""

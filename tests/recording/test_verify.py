@@ -159,6 +159,15 @@ def test_one_process_reads_all_files_and_one_that_was_killed_is_replaced(tmp_pat
     assert reader._process is not first
 
 
+def test_a_path_is_that_of_the_process_that_asks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for place in ("a", "b"):
+        (tmp_path / place).mkdir()
+        written(tmp_path / place / "run.h5", operator=place)
+        monkeypatch.chdir(tmp_path / place)
+        for path in (Path("run.h5"), Path("/proc/self/cwd/run.h5")):
+            assert open_run(path).metadata["run"]["operator"] == place
+
+
 @pytest.mark.slow
 def test_a_rewritten_file_with_the_same_contents_opens(tmp_path: Path) -> None:
     """As h5repack does it, from another folder than that of the code."""

@@ -19,8 +19,6 @@ from bufferstand.evaluation.record import MOST, Record, Signals
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.numbers import median
 
-_LEAST = 2
-"""Readings that a channel has at least."""
 _NEAREST = 0.75
 _TAIL = 0.268
 """What a spline makes of a sample that is off falls by this factor from sample to sample (2 - √3): a code of
@@ -58,10 +56,9 @@ def without_codes(seen: Channels) -> tuple[Channels, tuple[ErrorCodes, ...]]:
     """
     coded = {channel.name: channel.codes for channel in seen.all}
     for channel in seen.all:
-        if channel.time_s.size - coded[channel.name].size < _LEAST:
+        if 0 < channel.time_s.size == coded[channel.name].size:
             raise BadInput(
-                f"{coded[channel.name].size} of its {channel.time_s.size} samples are codes in the place of "
-                "a reading",
+                f"each of its {channel.time_s.size} samples is a code in the place of a reading",
                 place=f"channel {channel.name}",
                 remedy="look at the sensor and its cable, and record the test again",
             )
