@@ -115,6 +115,7 @@ SLOW = (
     "tests/evaluation_report/test_readability.py",
     "tests/evaluation_report/test_rendering.py",
     "tests/evaluation_report/test_validated.py",
+    "tests/evaluation_report/test_workbook.py",
     "tests/evaluation_report/test_writing.py",
     "tests/house/test_import_name.py",
     "tests/imperfect/",
