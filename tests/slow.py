@@ -107,6 +107,7 @@ SLOW = (
     "tests/evaluation_report/test_content.py",
     "tests/evaluation_report/test_evidence.py",
     "tests/evaluation_report/test_figures.py",
+    "tests/evaluation_report/test_given_images.py",
     "tests/evaluation_report/test_history.py",
     "tests/evaluation_report/test_layout.py",
     "tests/evaluation_report/test_not_guarded.py",

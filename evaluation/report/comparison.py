@@ -100,6 +100,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         software=f"bufferstand {version}" if version else "bufferstand",
         certificate=certificate,
         detailed=whole.detailed,
+        mark=whole.mark,
     )
 
 
