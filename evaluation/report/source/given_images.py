@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Literal
 
 from matplotlib.image import imread
 
@@ -12,7 +13,7 @@ from bufferstand.foundation import BadInput
 
 MOST_BYTES = 5_000_000
 """A larger picture makes a report that nobody can send."""
-_BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "jpg": b"\xff\xd8\xff"}
+_BEGINS: dict[Literal["png", "jpg"], bytes] = {"png": b"\x89PNG\r\n\x1a\n", "jpg": b"\xff\xd8\xff"}
 
 
 def read_image(path: str, key: str, alt: str) -> Image | None:
