@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bufferstand.cli.options import EXISTING, FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange
+from bufferstand.foundation import program
 
 if TYPE_CHECKING:
     from bufferstand.drivers.simulated.serving import Served
@@ -78,7 +79,7 @@ def command(
             click.echo(f"1-Wire       {served.w1_root}")
         if served.onewire_port is not None:
             click.echo(f"1-Wire       {served.onewire_port}")
-        click.echo(f"faults       bufferstand fault {stand} FAULT  (or --list, --clear)")
+        click.echo(f"faults       {program()} fault {stand} FAULT  (or --list, --clear)")
         click.echo(f"serving at {served.speed:g} times real time; Ctrl-C ends it")
 
     serve(stand, options, ready=ready)
