@@ -102,6 +102,7 @@ SLOW = (
     "tests/evaluation_report/test_attention.py",
     "tests/evaluation_report/test_browser.py",
     "tests/evaluation_report/test_budgets.py",
+    "tests/evaluation_report/test_certificate.py",
     "tests/evaluation_report/test_checklist.py",
     "tests/evaluation_report/test_comparison.py",
     "tests/evaluation_report/test_content.py",
