@@ -275,7 +275,7 @@ def _excel(frames: Mapping[str, pd.DataFrame], path: Path) -> bytes:
     with pd.ExcelWriter(book, engine="openpyxl") as writer:
         for name, frame in frames.items():
             texts = set(frame.select_dtypes(exclude=["number", "bool"]).columns)
-            fit = frame.assign(**{column: frame[column].map(_fit_for_excel) for column in texts})
+            fit = frame.assign(**{column: frame[column].map(fit_for_excel) for column in texts})
             fit.to_excel(writer, sheet_name=name, index=False, freeze_panes=(1, 1))
             for position, column in enumerate(frame.columns, 1):
                 if column in texts:
@@ -294,7 +294,7 @@ def _for_csv(value: Any) -> Any:
     return as_cell(value) if isinstance(value, str) else value
 
 
-def _fit_for_excel(text: Any) -> Any:
+def fit_for_excel(text: Any) -> Any:
     """Return a text as a cell can hold it: no control characters, and an end where it is too long."""
     if not isinstance(text, str):
         return text

@@ -119,6 +119,8 @@ def build_content(source: ReportSource) -> Content:
         software=f"bufferstand {version}" if version else "bufferstand",
         certificate=certificate,
         detailed=source.detailed,
+        mark=source.mark,
+        photo=source.photo,
     )
 
 

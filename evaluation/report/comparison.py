@@ -67,7 +67,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     built = [
         amendment_section(whole),
         *comparison_sections(sides, compared),
-        Section("figures", "Figures", tuple(pictures)) if pictures else None,
+        Section("figures", "Figures", tuple(pictures[1:])) if pictures[1:] else None,
         identification(specimens),
         runs_section(whole),
         conditions_section(whole),
@@ -83,7 +83,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         data_section(whole),
         software_section(whole),
     ]
-    first_page = (_summary(sides, compared), *signatures(whole))
+    first_page = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
     ends = [run.ended for run in whole.runs if run.ended is not None]
     return Content(
@@ -100,6 +100,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         software=f"bufferstand {version}" if version else "bufferstand",
         certificate=certificate,
         detailed=whole.detailed,
+        mark=whole.mark,
     )
 
 
@@ -111,6 +112,9 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
         found = [(row, apart) for row in compared for at, apart in row.differences() if at == place]
         known = [(row, apart) for row, apart in found if apart.normalised is not None]
         beyond = [(row, apart) for row, apart in known if apart.beyond]
+        if not found:
+            sentences.append(f"{side.letter} ({side.name}): no step of it was run on {first.letter}, too.")
+            continue
         sentence = (
             f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {len(found)} differences of "
             f"{len({row.condition.number for row, _ in found})} steps, {len(beyond)} of them beyond their "

@@ -9,11 +9,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from bufferstand.evaluation.document import check_table_name
 from bufferstand.evaluation.figures import draw
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Content
-from bufferstand.evaluation.report.rendering import render_html, render_pdf
+from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
 from bufferstand.evaluation.report.source import (
     MOST_SIDES,
     Given,
@@ -23,6 +24,7 @@ from bufferstand.evaluation.report.source import (
     side_by_side,
 )
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import replaced_whole
 
 
 def _html(content: Content, figures: Sequence[str]) -> bytes:
@@ -49,6 +51,7 @@ def write_report(
     formats: Sequence[str] = ("html", "pdf"),
     document: Mapping[str, Any] | None = None,
     given: Given | None = None,
+    table: Path | None = None,
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
 
@@ -65,23 +68,29 @@ def write_report(
         Their evaluation document (docs/evaluation-document.md); without one they are evaluated here.
     given : Given, optional
         How to evaluate, and what to show besides: fields, model, earlier evaluation.
+    table : Path, optional
+        A workbook (.xlsx) for the tables of the report, those by cycle and behind the figures, too.
 
     Returns
     -------
     list of Path
-        The files written, in the order of ``formats``. The same runs, document and ``report.toml`` give the
-        same bytes.
+        The files written, in the order of ``formats``, the workbook last. The same runs, document and
+        ``report.toml`` give the same bytes.
 
     Raises
     ------
     BadInput
-        If there are no runs, one cannot be used, a format is unknown, typst is missing for a PDF, or the
-        folder cannot be written.
+        If there are no runs, one cannot be used, a format is unknown, typst is missing for a PDF, the
+        workbook is no .xlsx or openpyxl is missing for it, or something cannot be written.
     """
     _check_formats(formats)
+    _check_workbook(table)
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
-    return _write(build_content(source), out, f"{source.name}-report", formats)
+    written = _write(build_content(source), out, f"{source.name}-report", formats)
+    if table is not None:
+        written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
+    return written
 
 
 def write_comparison(
@@ -90,6 +99,7 @@ def write_comparison(
     *,
     formats: Sequence[str] = ("html", "pdf"),
     given: Given | None = None,
+    table: Path | None = None,
 ) -> list[Path]:
     """Write the report that sets several specimens or campaigns side by side; the first is the reference.
 
@@ -97,7 +107,7 @@ def write_comparison(
     ----------
     paths : sequence of Path
         Two or more run files or campaign folders.
-    out, formats
+    out, formats, table
         As of :func:`write_report`.
     given : Given, optional
         How to evaluate. Its fields are those of the comparison; the campaigns' own are not used.
@@ -113,6 +123,7 @@ def write_comparison(
         As :func:`write_report`, or if there are fewer than two paths, more than 26, or the same one twice.
     """
     _check_formats(formats)
+    _check_workbook(table)
     given = given or Given()
     if given.model is not None or given.earlier is not None:
         raise BadInput(
@@ -123,7 +134,25 @@ def write_comparison(
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
     check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
-    return _write(build_comparison(sides), out, "comparison-report", formats)
+    content = build_comparison(sides)
+    written = _write(content, out, "comparison-report", formats)
+    if table is not None:
+        written.append(_write_workbook(content, table))
+    return written
+
+
+def _check_workbook(table: Path | None) -> None:
+    if table is None:
+        return
+    if table.suffix.lower() != ".xlsx":
+        raise BadInput("the tables of a report are a workbook", file=table, remedy="name a .xlsx file")
+    check_table_name(table)
+
+
+def _write_workbook(content: Content, table: Path) -> Path:
+    with replaced_whole(table) as place:
+        place.write_bytes(render_workbook(content))
+    return table
 
 
 def _check_formats(formats: Sequence[str]) -> None:

@@ -15,7 +15,7 @@ from bufferstand.evaluation.facts.planned_motion import PlannedValue, expected_t
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record.record import make_record
 from bufferstand.evaluation.report.content.content import Table
-from bufferstand.evaluation.report.sections.statements import deviations_section, not_as_required
+from bufferstand.evaluation.report.sections.statements import not_as_required, targets_section
 from bufferstand.evaluation.report.source.reading import read_source
 from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
@@ -112,7 +112,10 @@ cycles = 3
     assert [warning for warning in run.warnings if "its step" in warning] == []
     source = read_source(folder, evaluation_document([run]))
     assert not_as_required(source.runs[0]) == []
-    (table,) = [block for block in deviations_section(source).blocks if isinstance(block, Table)]
+    targets = targets_section(source)
+    assert targets is not None
+    (table,) = targets.blocks
+    assert isinstance(table, Table)
     (row,) = table.rows
     assert row[1].text == "80.00 ± 15.00 (piston)"
     assert row[-1].text.startswith("expected 77.8")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pypdfium2
 import pytest
 
 from bufferstand.recording.runfile.file import open_run
@@ -166,6 +167,17 @@ def test_report_is_there_and_tells_the_story(demo: Demo) -> None:
     assert text.count("<img") >= 7
     assert "<script" not in text
     assert "Simulated stand" in text
+
+
+def test_the_report_has_at_most_eight_pages_before_its_annex(demo: Demo) -> None:
+    (pdf,) = (demo.folder / "report").glob("*.pdf")
+    texts = [page.get_textpage().get_text_range() for page in pypdfium2.PdfDocument(str(pdf))]
+    annex = next(at for at, text in enumerate(texts) if re.search(r"^Annex\r?$", text, re.MULTILINE))
+    assert annex <= 8
+    assert "Authorised by" in texts[0]
+    warned = "".join(texts[:annex]).partition("Warnings")[2]
+    assert "above the limit of 600" in warned
+    assert "not complete" not in warned, "the lead-in is planned"
 
 
 def test_progress_goes_to_standard_error_without_colour(demo: Demo) -> None:

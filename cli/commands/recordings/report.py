@@ -42,6 +42,9 @@ from bufferstand.foundation import BadInput, how_to_add
     default="short",
     help="full: also the tables by cycle, every uncertainty budget, the numbers behind the figures.",
 )
+@click.option(
+    "--table", metavar="FILE.xlsx", type=FILE, help="Write every table, by cycle, too, as a workbook."
+)
 @judging_options
 def command(
     paths: tuple[Path, ...],
@@ -51,6 +54,7 @@ def command(
     before: Path | None,
     model: Path | None,
     annex: str,
+    table: Path | None,
     judging: JudgingOptions,
 ) -> None:
     """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
@@ -82,9 +86,9 @@ def command(
             raise BadInput(
                 "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
             )
-        written = write_comparison(paths, out, formats=formats, given=given)
+        written = write_comparison(paths, out, formats=formats, given=given, table=table)
     else:
         document = None if evaluation is None else load_evaluation(evaluation)
-        written = write_report(paths[0], out, formats=formats, document=document, given=given)
+        written = write_report(paths[0], out, formats=formats, document=document, given=given, table=table)
     for file in written:
         click.echo(file)

@@ -6,8 +6,9 @@ Every number is already text, rounded and with its unit; a missing one is a dash
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from hashlib import sha256
 from itertools import count
 from typing import Any, Literal
 
@@ -105,6 +106,15 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Image:
+    """A picture as it was given: the laboratory's mark, the photo of the specimen."""
+
+    alt: str
+    suffix: Literal["png", "jpg"]
+    data: bytes = field(repr=False)
+
+
+@dataclass(frozen=True)
 class Signature:
     """Who answers for what; an empty name is a line to sign on."""
 
@@ -167,6 +177,8 @@ class Content:
         What stands on the first page below the identification; the sections begin on the next one.
     detailed : bool
         Whether the numbers behind the figures are printed in the annex, too.
+    mark, photo : Image or None
+        The laboratory's mark and the photo of the specimen, where they are given.
 
     Raises
     ------
@@ -184,6 +196,8 @@ class Content:
     software: str
     certificate: tuple[Block, ...] = ()
     detailed: bool = False
+    mark: Image | None = None
+    photo: Image | None = None
 
     def __post_init__(self) -> None:
         anchors = [section.id for section in self.sections]
@@ -200,6 +214,10 @@ class Content:
         """Return the figures in the order of their numbers."""
         blocks = (*self.certificate, *(block for section in self.sections for block in section.blocks))
         return tuple(block for block in blocks if isinstance(block, Picture))
+
+    def given(self) -> dict[str, Image]:
+        """Return the pictures that the laboratory gave, by name."""
+        return {name: image for name in ("mark", "photo") if (image := getattr(self, name)) is not None}
 
     def document(self) -> dict[str, Any]:
         """Return the content as a JSON object for the renderers; figures by number, without their data.
@@ -229,6 +247,10 @@ class Content:
                 for section in self.sections
             ],
             "detailed": self.detailed,
+            "given": {
+                name: {"alt": image.alt, "file": f"{name}.{image.suffix}"}
+                for name, image in self.given().items()
+            },
             "ended": self.ended,
             "software": self.software,
         }
@@ -256,6 +278,8 @@ def _plain(value: object) -> object:
         return value.facts()
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
+    if isinstance(value, bytes):
+        return sha256(value).hexdigest()
     if hasattr(value, "__dataclass_fields__"):
         inner = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
         return {"is": type(value).__name__, **inner}

@@ -11,10 +11,14 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.rendering.pdf import (
         render_pdf,
     )
+    from bufferstand.evaluation.report.rendering.workbook import (
+        render_workbook,
+    )
 
 __all__ = [
     "render_html",
     "render_pdf",
+    "render_workbook",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

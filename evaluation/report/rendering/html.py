@@ -40,11 +40,16 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
     )
     environment.filters["kept"] = kept
     images = ["data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode() for svg in figures]
+    types = {"png": "image/png", "jpg": "image/jpeg"}
+    given = {
+        name: f"data:{types[image.suffix]};base64," + base64.b64encode(image.data).decode()
+        for name, image in content.given().items()
+    }
     assert environment.loader is not None
     style, _, _ = environment.loader.get_source(environment, "report.css")
     # The style sheet is ours, not data: it must not be escaped.
     return environment.get_template("report.html.j2").render(
-        report=content.document(), images=images, style=Markup(style)
+        report=content.document(), images=images, given=given, style=Markup(style)
     )
 
 

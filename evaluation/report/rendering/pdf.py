@@ -62,6 +62,8 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
         )
         (folder / "report.typ").write_text(template, encoding="utf-8")
         (folder / "report.json").write_text(document, encoding="utf-8")
+        for given, image in content.given().items():
+            (folder / f"{given}.{image.suffix}").write_bytes(image.data)
         for number, svg in enumerate(figures, start=1):
             (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
         try:

@@ -55,9 +55,9 @@ def statement(source: ReportSource) -> VerdictLine:
     tests = _tests(source)
     if not tests:
         return VerdictLine(
-            Cell("Characterisation"),
-            "No statement of conformity",
-            "No requirement rests on these runs: the report states what was measured.",
+            Cell("No statement"),
+            "Characterisation",
+            "No statement of conformity rests on these runs: the report says what was measured.",
         )
     gravest = _gravest(tests)
     line = verdict_line(gravest)

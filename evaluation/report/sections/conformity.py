@@ -181,7 +181,8 @@ def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Sect
     without = [run.number for run in source.runs if run.evaluated.get("verdict") is None]
     if without:
         items.append(
-            f"Of {runs_text(without)} nothing is required; they state characteristics and no conformity."
+            f"Nothing is required of {runs_text(without)}: what was measured states characteristics, and no "
+            "conformity."
         )
     known = {limits.sha256 for limits in source.limit_sets}
     unknown = {

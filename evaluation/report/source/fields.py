@@ -47,6 +47,10 @@ class ReportFields(Settings):
     """Who prescribed the decision rule: the standard, the customer, or the laboratory (7.8.6.1)."""
     opinions: _Lines = ()
     """Opinions and interpretations, kept apart from the results (7.8.7)."""
+    mark: str = ""
+    """The laboratory's mark (PNG or JPEG), relative to this file."""
+    specimen_photo: str = ""
+    """A photo of the specimen (PNG or JPEG), relative to this file."""
     validation: str = ""
     """The record of ``bufferstand validate`` (validation.json), relative to this file (7.11.2)."""
     customer_supplied: _Lines = ()
@@ -99,8 +103,8 @@ def read_fields(path: Path) -> ReportFields:
         If it cannot be read or breaks the schema, or changes a report and does not say which or why.
     """
     fields = load_settings(path, ReportFields)
-    if fields.validation:
-        fields = fields.model_copy(update={"validation": str(path.parent / fields.validation)})
+    named = {key: getattr(fields, key) for key in ("validation", "mark", "specimen_photo")}
+    fields = fields.model_copy(update={key: str(path.parent / name) for key, name in named.items() if name})
     if fields.amends and not fields.amendment_reason:
         raise BadInput(
             f"the report amends {fields.amends} and does not say why",

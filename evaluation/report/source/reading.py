@@ -15,6 +15,7 @@ from bufferstand.evaluation.facts import Options
 from bufferstand.evaluation.loading import load_run
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.source.fields import ReportFields, load_fields
+from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.model_on_runs import apply_model
 from bufferstand.evaluation.report.source.purposes import with_purposes
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
@@ -185,6 +186,8 @@ def read_source(
         earlier=given.earlier,
         statements=statements,
         detailed=given.detailed,
+        mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
+        photo=read_image(fields.specimen_photo, "specimen_photo", "Photo of the specimen"),
         validation=load_validation(Path(fields.validation)) if fields.validation else None,
     )
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from bufferstand.evaluation.facts import Extreme, not_whole
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.report.content import DASH, Cell, moment_of, usable
+from bufferstand.evaluation.report.content import DASH, Cell, Image, moment_of, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
 from bufferstand.evaluation.requirements import LimitSet
@@ -265,6 +265,9 @@ class ReportSource:
     """An earlier evaluation document of the same runs, to say what moved."""
     validation: Mapping[str, Any] | None = None
     """The validation record that the laboratory names (:mod:`bufferstand.evaluation.validation`), if any."""
+    mark: Image | None = None
+    photo: Image | None = None
+    """The laboratory's mark, and the photo of the specimen."""
     detailed: bool = False
     """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
 

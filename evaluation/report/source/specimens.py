@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
 
 SAME_STROKE_MM = 2.0
@@ -81,6 +82,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         decision_rule=rules.pop() if len(rules) == 1 else None,
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
+        mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
     )
     return ComparedSpecimens(tuple(sides), whole)
 

@@ -1,0 +1,71 @@
+"""The laboratory's mark and the photo of the specimen, as report.toml names them."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Literal
+
+from matplotlib.image import imread
+
+from bufferstand.evaluation.report.content import Image
+from bufferstand.foundation import BadInput
+
+MOST_BYTES = 5_000_000
+"""A larger picture makes a report that nobody can send."""
+_BEGINS: dict[Literal["png", "jpg"], bytes] = {"png": b"\x89PNG\r\n\x1a\n", "jpg": b"\xff\xd8\xff"}
+
+
+def read_image(path: str, key: str, alt: str) -> Image | None:
+    """Read a picture that ``report.toml`` names.
+
+    Parameters
+    ----------
+    path : str
+        The file, PNG or JPEG; empty where none is given.
+    key : str
+        Its key in ``report.toml``, for messages.
+    alt : str
+        What a person who cannot see it is told.
+
+    Returns
+    -------
+    Image or None
+        None where none is given.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, is neither PNG nor JPEG, is damaged, or is larger than 5 MB.
+    """
+    if not path:
+        return None
+    file = Path(path)
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise BadInput(
+            f"the picture cannot be read: {error.strerror or error}",
+            file=file,
+            place=key,
+            remedy=f"correct {key} in report.toml (relative to that file)",
+        ) from None
+    if len(data) > MOST_BYTES:
+        raise BadInput(
+            f"the picture has {len(data) / 1e6:.1f} MB, more than 5 MB",
+            file=file,
+            place=key,
+            remedy="save it smaller; a side of 1500 pixels is enough",
+        )
+    kind = next((name for name, begin in _BEGINS.items() if data.startswith(begin)), None)
+    if kind is None:
+        raise BadInput(
+            "the picture is neither PNG nor JPEG", file=file, place=key, remedy="save it as one of these"
+        )
+    try:
+        imread(io.BytesIO(data), format=kind)
+    except Exception as error:  # noqa: BLE001 - each decoder has exceptions of its own
+        raise BadInput(
+            f"the picture is damaged: {error}", file=file, place=key, remedy="save it anew"
+        ) from None
+    return Image(alt, kind, data)

@@ -1,0 +1,97 @@
+"""The laboratory's mark and the photo of the specimen: on the first page, or refused with one message."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pypdfium2
+import pytest
+from PIL import Image as Pixels
+
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.source.given_images import read_image
+from bufferstand.evaluation.report.source.reading import read_source
+from bufferstand.foundation.errors import BadInput
+from tests.evaluation_report.conftest import Made
+from tests.evaluation_report.make_runs import hand_made_document
+
+
+def picture(path: Path, colour: tuple[int, int, int], size: tuple[int, int]) -> bytes:
+    Pixels.new("RGB", size, colour).save(path)
+    return path.read_bytes()
+
+
+def test_both_stand_on_the_first_page_and_are_part_of_the_id(report: Made, tmp_path: Path) -> None:
+    mark = picture(tmp_path / "mark.png", (200, 0, 0), (300, 100))
+    photo = picture(tmp_path / "specimen.jpg", (0, 0, 200), (300, 400))
+    file = tmp_path / "report.toml"
+    file.write_text('mark = "mark.png"\nspecimen_photo = "specimen.jpg"\n', encoding="utf-8")
+    (report.folder / "report.toml").write_bytes(file.read_bytes())
+    for name, data in (("mark.png", mark), ("specimen.jpg", photo)):
+        (report.folder / name).write_bytes(data)
+    try:
+        content = build_content(read_source(report.folder, hand_made_document()))
+    finally:
+        (report.folder / "report.toml").unlink()
+    assert content.report_id != report.content.report_id
+    assert content.photo is not None
+    html = render_html(content, report.figures)
+    for data, kind, words in (
+        (mark, "png", "Mark of the laboratory"),
+        (photo, "jpeg", "Photo of the specimen"),
+    ):
+        address = f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+        assert f'src="{address}" alt="{words}"' in html
+    first, second, *_ = pypdfium2.PdfDocument(io.BytesIO(render_pdf(content, report.figures)))
+    assert reds_and_blues(first) == (True, True)
+    assert reds_and_blues(second) == (False, False)
+    for words in ("Authorised by", "approval of the laboratory."):
+        assert words in re.sub(r"\s+", " ", first.get_textpage().get_text_range())
+    other = replace(content, photo=replace(content.photo, data=content.photo.data + b"\0"))
+    assert other.report_id != content.report_id
+
+
+def reds_and_blues(page: pypdfium2.PdfPage) -> tuple[bool, bool]:
+    """Say whether more than a square centimetre of a page has the colour of the mark, and of the photo."""
+    pixels = np.asarray(page.render(scale=1.0).to_pil().convert("RGB")).astype(int)
+    found = [np.abs(pixels - colour).max(axis=2) < 12 for colour in ((200, 0, 0), (0, 0, 200))]
+    return bool(found[0].sum() > 800), bool(found[1].sum() > 800)
+
+
+def test_none_is_no_picture() -> None:
+    assert read_image("", "mark", "Mark") is None
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (None, "the picture cannot be read: No such file or directory"),
+        (b"<svg/>", "the picture is neither PNG nor JPEG"),
+        (b"\x89PNG\r\n\x1a\n" + b"\0" * 40, "the picture is damaged"),
+        (b"\xff\xd8\xff" + b"\0" * 40, "the picture is damaged"),
+        (b"\x89PNG\r\n\x1a\n" + b"\0" * 5_000_000, "the picture has 5.0 MB, more than 5 MB"),
+    ],
+)
+def test_what_is_no_picture_is_refused_by_file_and_key(tmp_path: Path, data: bytes | None, said: str) -> None:
+    file = tmp_path / "mark.png"
+    if data is not None:
+        file.write_bytes(data)
+    with pytest.raises(BadInput, match=said) as refused:
+        read_image(str(file), "mark", "Mark")
+    assert "mark" in str(refused.value)
+    assert file.name in str(refused.value)
+
+
+def test_a_picture_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "specimen.jpg"
+    data = picture(file, (10, 20, 30), (400, 400))
+    file.write_bytes(data[: len(data) // 2])
+    with pytest.raises(BadInput, match="the picture is damaged"):
+        read_image(str(file), "specimen_photo", "Photo")
