@@ -5,9 +5,11 @@
     python3 start.py test [...]    every test (further words go to pytest); --fast: those of two minutes
     python3 start.py check         lint, types and the layering of the house
     python3 start.py run ARGS...   any other bufferstand command, e.g. run plan sample_runs/demo.toml
-    python3 start.py setup         only set up
+    python3 start.py setup         only set up, for all of these
 
-The environment is made once from the hash-pinned requirements.lock and again whenever that file changes.
+The environment is made once and again whenever a lock file changes: for demo and run from
+requirements-run.lock, for test, check and setup from requirements.lock, which adds the tools and the optional
+extras. Both are hash-pinned.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import subprocess
 import sys
 import venv
 from pathlib import Path
+from shlex import quote
 
 ROOT = Path(__file__).resolve().parent
 ENVIRONMENT = ROOT / ".venv"
@@ -28,16 +31,24 @@ COMPILED = ENVIRONMENT / "compiled"
 PYTHON = ENVIRONMENT / "bin" / "python"
 OLDEST_PYTHON = (3, 11)
 OLDEST_PIP = (22, 3)
+LOCKS = {"run": "requirements-run.lock", "all": "requirements.lock"}
+"""What is pinned for running only, and for everything: the first is a part of the second."""
+TESTED = ("numpy", "scipy", "pandas", "matplotlib")
+"""Packages that bring their own tests: a tenth of the environment, which nothing imports."""
+PIP_SHOWS = "--progress-bar=off"
+"""Pip then writes a line for each package."""
+CALLED = "BUFFERSTAND_CALLED"
+"""Environment variable that tells the commands how to print a command that can be typed as it is shown."""
 BUSY = "tests/main_job/test_busy_machine.py"
 HANGS = ("-o", "faulthandler_timeout=600", "-o", "faulthandler_exit_on_timeout=true")
 """A test that takes ten minutes hangs: show where each of its threads is, and end it."""
 
 
 def fingerprint() -> str:
-    """Return what the environment depends on: lock, project file, interpreter and place."""
+    """Return what the environment depends on: locks, project file, interpreter and place."""
     digest = hashlib.sha256()
-    for part in (ROOT / "requirements.lock", ROOT / "pyproject.toml"):
-        digest.update(part.read_bytes())
+    for name in (*LOCKS.values(), "pyproject.toml"):
+        digest.update((ROOT / name).read_bytes())
     digest.update(f"{sys.version_info[:3]} {ROOT}".encode())
     return digest.hexdigest()
 
@@ -62,34 +73,70 @@ def installer() -> list[str]:
     if version < OLDEST_PIP:
         stop(f"pip {version[0]}.{version[1]} is too old, 22.3 is needed: python3 -m pip install -U pip")
     # Compiled when first imported: of all that comes down only a part ever is.
-    return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--quiet", "--no-compile",
+    return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--no-compile", PIP_SHOWS,
             "--disable-pip-version-check", "--no-warn-script-location"]  # fmt: skip
 
 
-def set_up() -> None:
-    """Make the environment unless it is already what the lock file says."""
+def install(*words: str) -> None:
+    """Install, and show that it goes on: uv does that itself, of pip each package is shown."""
+    command = [*installer(), *words]
+    if PIP_SHOWS not in command:
+        status = subprocess.run(command, cwd=ROOT, check=False).returncode
+    else:
+        fetched = 0
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+            for line in process.stdout or ():
+                if line.startswith("Collecting "):
+                    fetched += 1
+                    show(f"{fetched}: {line.split()[1].partition('==')[0]}", passing=True)
+                elif line.startswith("Installing collected") and fetched > 1:
+                    show(f"{fetched} packages fetched; putting them in place ...")
+        status = process.returncode
+    if status != 0:
+        stop("the installation failed; the lines above say why. Nothing else on this machine was changed")
+
+
+def show(line: str, *, passing: bool = False) -> None:
+    """Show a line of progress; on a terminal a passing one is written over, and elsewhere it is left out."""
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K  {line}", end="" if passing else "\n", file=sys.stderr, flush=True)
+    elif not passing:
+        print(f"  {line}", file=sys.stderr, flush=True)
+
+
+def set_up(what: str = "all") -> None:
+    """Make the environment unless it is already what the lock file says.
+
+    ``what`` is ``run``, or ``all``: one made for running grows where all is asked.
+    """
     wanted = fingerprint()
-    if PYTHON.exists() and STAMP.exists() and STAMP.read_text() == wanted:
+    made, _, of = STAMP.read_text().partition(" ") if PYTHON.exists() and STAMP.exists() else ("", "", "")
+    if of == wanted and made in {"all", what}:
         return
-    print("Setting up .venv from requirements.lock (once; a minute or so) ...", file=sys.stderr, flush=True)
-    # Without pip inside: Debian's Python has no ensurepip, and the pip outside can install into it.
-    venv.EnvBuilder(with_pip=False, clear=True).create(ENVIRONMENT)
-    install = installer()
-    for step in (
-        ["--require-hashes", "-r", str(ROOT / "requirements.lock")],
-        ["--no-deps", "--no-build-isolation", "-e", str(ROOT)],
-    ):
-        if subprocess.run([*install, *step], cwd=ROOT, check=False).returncode != 0:
-            stop("the installation failed; the lines above say why. Nothing else on this machine was changed")
-    STAMP.write_text(wanted)
+    print(f"Setting up .venv from {LOCKS[what]} (once) ...", file=sys.stderr, flush=True)
+    if of != wanted:
+        # Without pip inside: Debian's Python has no ensurepip, and the pip outside can install into it.
+        venv.EnvBuilder(with_pip=False, clear=True).create(ENVIRONMENT)
+    install("--require-hashes", "-r", str(ROOT / LOCKS[what]))
+    install("--no-deps", "--no-build-isolation", "-e", str(ROOT))
+    for package in TESTED:
+        for folder in ENVIRONMENT.glob(f"lib/python*/site-packages/{package}/**/tests"):
+            shutil.rmtree(folder, ignore_errors=True)
+    STAMP.write_text(f"{what} {wanted}")
 
 
-def run(*command: str, folder: Path | None = None) -> int:
+def bufferstand(*words: str) -> int:
+    """Run the command; what it prints of further commands is to be typed as this one was."""
+    return run("-m", "bufferstand", *words, **{CALLED: f"python3 {quote(sys.argv[0])} run"})
+
+
+def run(*command: str, folder: Path | None = None, **variables: str) -> int:
     """Run Python of the environment and return its exit status; Ctrl-C is the command's to handle."""
     environment = {
         **os.environ,
         "PATH": f"{PYTHON.parent}{os.pathsep}{os.environ.get('PATH', '')}",
         "PYTHONPYCACHEPREFIX": str(COMPILED),
+        **variables,
     }
     # Containers set it to keep their trees clean; here every program would compile the whole house anew.
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -149,16 +196,14 @@ def main(arguments: list[str]) -> int:
     if task not in {"demo", "test", "check", "run", "setup"}:
         print(__doc__)
         return 0 if task in {"", "-h", "--help"} else 2
-    set_up()
+    set_up("run" if task in {"demo", "run"} else "all")
     if task == "demo":
-        return run("-m", "bufferstand", "demo", *rest)
+        return bufferstand("demo", *rest)
+    if task == "run":
+        return bufferstand(*rest)
     if task == "test":
         return test(rest)
-    if task == "check":
-        return check()
-    if task == "run":
-        return run("-m", "bufferstand", *rest)
-    return 0
+    return check() if task == "check" else 0
 
 
 if __name__ == "__main__":

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
         ForceSpeed,
         curve_problem,
     )
+    from bufferstand.foundation.how_called import (
+        how_to_add,
+        program,
+    )
     from bufferstand.foundation.installed import (
         installed_kinds,
     )
@@ -98,9 +102,11 @@ __all__ = [
     "curve_problem",
     "duration_text",
     "exchange",
+    "how_to_add",
     "installed_kinds",
     "json_schema",
     "loaded_when_used",
+    "program",
     "short_address",
     "steady_s",
     "to_inside",

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from pathlib import Path
 from typing import Any
 
 # Before numpy is loaded: its threads wait for each other by spinning, and take the cores from what is tested.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# As in a shell in which the environment is active: programs then print further commands as ``bufferstand …``.
+os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
+os.environ.pop("BUFFERSTAND_CALLED", None)
 
 import matplotlib as mpl
 import pytest

@@ -32,7 +32,7 @@ from bufferstand.daq.campaign_folder import (
     software_version,
 )
 from bufferstand.drivers import ControllerAnswer, look_at_controller
-from bufferstand.foundation import BadInput, DeviceFault
+from bufferstand.foundation import BadInput, DeviceFault, program
 
 OPTION = "--accept-controller"
 BEGUN_REAL = "this campaign was begun on the stand that its stand file leads to"
@@ -95,8 +95,8 @@ def demand_begun_anew(record: CampaignRecord, out: Path, *, simulate: bool) -> N
     """
     if not record.recorded_nothing(out):
         over, total = sum(step.over for step in record.steps), len(record.steps)
-        whole = f"write its report (bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))})"
-        next_is = f"go on with it (bufferstand resume {quote(str(out))})" if over < total else whole
+        whole = f"write its report ({program()} report {quote(str(out))} --out {quote(str(out / 'report'))})"
+        next_is = f"go on with it ({program()} resume {quote(str(out))})" if over < total else whole
         raise BadInput(
             f"this folder holds a campaign already ({over} of {total} steps complete)",
             file=out,

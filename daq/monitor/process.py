@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import IO
 
 from bufferstand.daq.monitor.access import Tokens, is_loopback, new_tokens
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8420
@@ -62,9 +62,7 @@ def demand_libraries() -> None:
     """
     missing = [n for n in ("starlette", "uvicorn", "websockets") if importlib.util.find_spec(n) is None]
     if missing:
-        raise BadInput(
-            f"the live monitor needs {', '.join(missing)}", remedy="pip install 'bufferstand[monitor]'"
-        )
+        raise BadInput(f"the live monitor needs {', '.join(missing)}", remedy=how_to_add("monitor"))
 
 
 def bind(address: Address) -> socket.socket:

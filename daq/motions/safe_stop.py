@@ -225,8 +225,8 @@ class SafeStop:
     def _may_stay(self) -> bool:
         if self._status is None or not self._settings.stays_where_unloaded:
             return False
-        self._look_at_force(lambda: self._eyes.force() is not None)
-        return abs(self._force_kN(self._status)) <= self._zero_kN
+        self._look_at_force(lambda: self._shows_no_force() or self._shows_force())
+        return not self._shows_force() and abs(self._force_kN(self._status)) <= self._zero_kN
 
     def _hold(self, stopping_s: float) -> bool:
         """Hold; return whether the piston stands, or at least does not go on toward more force."""
@@ -287,8 +287,16 @@ class SafeStop:
         self._eyes.since(None if self._status is None else self._status.tick_us)
 
     def _shows_no_force(self) -> bool:
+        """Return whether every way to the force shows none; the first one to answer does not decide."""
         seen = self._eyes.force()
-        return seen is not None and abs(seen.force_kN) <= self._zero_kN and not seen.other_kN
+        if seen is None or seen.silent or seen.other_kN:
+            return False
+        return abs(seen.force_kN) <= self._zero_kN
+
+    def _shows_force(self) -> bool:
+        """Return whether one way to the force shows some."""
+        seen = self._eyes.force()
+        return seen is not None and (abs(seen.force_kN) > self._zero_kN or bool(seen.other_kN))
 
     def _await_end(self, what: str, sequence: int, limit_s: float, stopping_s: float = 0.0) -> str:
         """Wait for a command's end; return how the piston goes on toward more force, empty if it does not."""

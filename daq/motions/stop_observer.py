@@ -65,6 +65,8 @@ class ForceSeen:
         Channels of force that show what cannot be.
     beside : str
         That both ways to the force do not agree, and where to look; empty where they do.
+    silent : tuple of str
+        Channels of force that show nothing of the present.
     """
 
     force_kN: float
@@ -73,14 +75,16 @@ class ForceSeen:
     other_kN: tuple[tuple[str, float], ...] = ()
     broken: tuple[str, ...] = ()
     beside: str = ""
+    silent: tuple[str, ...] = ()
 
     @property
     def source(self) -> str:
         """Where it comes from, for a person."""
         others = "".join(f"; {name} shows {value_kN:.1f} kN" for name, value_kN in self.other_kN)
         broken = "".join(f"; {name} shows what cannot be" for name in self.broken)
+        silent = "".join(f"; {name} shows nothing of the present" for name in self.silent)
         zero = "zero taken off" if self.tared else "no zero taken off"
-        return f"channel {self.channel}, {zero}{others}{broken}"
+        return f"channel {self.channel}, {zero}{others}{broken}{silent}"
 
 
 class StopObserver(Protocol):
@@ -276,13 +280,13 @@ class SampleObserver:
         Fresh is what came within ``FRESH_S`` and was sampled after the instant of :meth:`since`.
         """
         zero = self._acquisition.zero
+        there = [(one, stream) for stream in self._acquisition.facts for one in self._force_channels(stream)]
         shown = {
             channel.name: (
                 math.inf if channel.uncertainty.zero is None else channel.uncertainty.zero,
                 value_kN,
             )
-            for stream in self._acquisition.facts
-            for channel in self._force_channels(stream)
+            for channel, stream in there
             for value_kN in self._fresh_mean(stream, channel.name)
         }
         true = {name: one for name, one in shown.items() if abs(one[1]) <= self._most_kN}
@@ -299,6 +303,7 @@ class SampleObserver:
             tuple((name, kN) for name, (_, kN) in true.items() if abs(kN - best_kN) > APART_KN),
             tuple(shown.keys() - true.keys()),
             "" if first is None else apart_at_rest(first, second, counted=tared),
+            tuple(channel.name for channel, _ in there if channel.name not in shown),
         )
 
     def stroke_mm(self) -> float | None:

@@ -35,7 +35,7 @@ from bufferstand.evaluation.archive.tasks import (
     evaluate_batch,
     mark_of,
 )
-from bufferstand.foundation import BadInput, DeviceFault
+from bufferstand.foundation import BadInput, DeviceFault, how_to_add
 
 distributed: Any
 try:
@@ -79,7 +79,7 @@ class ClusterWorkers:
             raise BadInput(
                 "a cluster needs the library distributed, which is not installed",
                 file="--cluster",
-                remedy="install it (pip install 'bufferstand[archive]')",
+                remedy=f"install it ({how_to_add('archive')})",
             )
 
     def evaluate(self, files: Sequence[File], settings: EvaluationSettings) -> Iterator[Outcome]:

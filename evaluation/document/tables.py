@@ -16,7 +16,7 @@ import orjson
 from numpy.typing import NDArray
 
 from bufferstand.evaluation.catalogue import MAIN, QUANTITIES
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.foundation.files import replaced_whole
 
 if TYPE_CHECKING:  # takes a third of a second, and CSV does without
@@ -180,7 +180,7 @@ def check_table_name(path: Path) -> None:
         raise BadInput(
             f"{suffix} needs the library {library}, which is not installed",
             file=path,
-            remedy="install it (pip install 'bufferstand[tables]') or name a .csv file",
+            remedy=f"install it ({how_to_add('tables')}) or name a .csv file",
         )
 
 

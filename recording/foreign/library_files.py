@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.recording.foreign.record import Floats, Header
 
 
@@ -76,7 +76,7 @@ def missing_library(library: str, path: Path, what: str) -> BadInput:
     return BadInput(
         f"{what} needs the library {library}, which is not installed",
         file=path,
-        remedy="install bufferstand with its extra “foreign”: pip install 'bufferstand[foreign]'",
+        remedy=f"install it: {how_to_add('foreign')}",
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.foundation.channels import Channel
 from bufferstand.recording.content import MAIN_STREAM
 from bufferstand.recording.runfile.run import Run
@@ -109,7 +109,7 @@ def to_dataset(run: Run) -> xr.Dataset:
     except ImportError:
         raise BadInput(
             "a dataset needs the library xarray, which is not installed",
-            remedy="install bufferstand with its extra “xarray”: pip install 'bufferstand[xarray]'",
+            remedy=f"install it: {how_to_add('xarray')}",
         ) from None
     main = main_stream(run)
     variables: dict[str, Any] = {}

@@ -77,6 +77,7 @@ def test_evaluations_are_compared(tmp_path: Path) -> None:
         bs.compare(tmp_path / "none.json", new)
 
 
+@pytest.mark.slow
 def test_a_report_is_written(tmp_path: Path) -> None:
     (html, *_) = bs.write_report(RUNS / "004-harmonic-20mm-20mm-0.637Hz.h5", tmp_path / "report")
     assert "004-harmonic" in html.read_text(encoding="utf-8")

@@ -59,6 +59,7 @@ def test_segments_count_the_interruptions(tmp_path: Path) -> None:
     assert api.channels(path)["segment"].value_counts().to_dict() == {0: 40, 1: 60}
 
 
+@pytest.mark.slow
 def test_a_dataset_holds_every_stream_and_can_be_written(tmp_path: Path) -> None:
     run = api.open_run(RUN)
     data = api.dataset(run)

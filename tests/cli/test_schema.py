@@ -89,6 +89,7 @@ def test_a_mistyped_value_is_marked_at_its_place() -> None:
     assert [list(error.absolute_path)[:2] for error in errors] == [["step", 0]]
 
 
+@pytest.mark.slow
 def test_the_document_holds_the_keys_of_its_schema_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     strict = ConfigDict(strict=True, extra="forbid")
     for name, described in {**vars(document_types), **vars(quantity_entries)}.items():
@@ -116,6 +117,7 @@ def test_a_quantity_is_in_the_schema_as_the_catalogue_has_it(entry: Quantity) ->
     assert [kind["type"] for kind in found["anyOf"]] == ["number", "null"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "valid"),
     [

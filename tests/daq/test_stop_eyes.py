@@ -314,6 +314,43 @@ def test_a_second_channel_whose_samples_come_later_is_waited_for_but_not_for_lon
     assert report.duration_s < 1.5
 
 
+class LateForce(SecondForce):
+    """The amplifier, whose samples come first, shows no force; the controller, later, shows some."""
+
+    def force(self) -> ForceSeen:
+        if self._clock.now_s() < self._until_s:
+            return ForceSeen(0.1, "force_2", tared=True, silent=("force",))
+        return ForceSeen(8.0, "force", True, (("force_2", 0.1),))
+
+
+@pytest.mark.parametrize("stays", [False, True])
+def test_the_first_channel_to_show_no_force_does_not_decide(stays: bool) -> None:
+    clock = FakeClock()
+    controller = FakeController(clock)
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
+    controller.start(RampTo(target_mm=1.0, speed_mm_per_s=20.0))
+    clock.sleep(0.5)
+    report = SafeStop(
+        controller, clock, SafeStopSettings(20.0, 2.0, stays_where_unloaded=stays),
+        controller.feed_watchdog, eyes=LateForce(clock, 0.3),
+    ).run()  # fmt: skip
+    assert not report.safe, report.line
+    assert "force 8.0 kN (channel force, zero taken off; force_2 shows 0.1 kN)" in report.line
+    assert report.stroke_mm == pytest.approx(0.0, abs=0.02), "it was released, also where it may stay"
+
+
+def test_a_channel_that_shows_nothing_of_the_present_is_named() -> None:
+    clock = FakeClock()
+    controller = FakeController(clock)
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=250.0, watchdog_ms=2000)
+    report = SafeStop(
+        controller, clock, SafeStopSettings(20.0, 2.0), controller.feed_watchdog,
+        eyes=LateForce(clock, 100.0),
+    ).run()  # fmt: skip
+    assert report.safe, report.line
+    assert "(channel force_2, zero taken off; force shows nothing of the present)" in report.line
+
+
 def test_without_fresh_samples_the_controllers_own_reading_is_judged_and_named() -> None:
     stop, _ = stopped(off_kN=0.0, orders=Orders(silent_from_s=0.1))
     report = stop.run()

@@ -13,7 +13,6 @@ from bufferstand.daq.zero.limits import ZeroLimits, zero_refusal
 from bufferstand.foundation.channels.zero import ChannelZero, Zero
 from bufferstand.protocols.campaign_file.zero_table import ZeroTable
 from tests.daq.touch_stands import HELD, run_stand, wrong
-from tests.golden.direct_stand import open_direct
 
 RESTS = {"force_zero_kN": 0.6}
 """What the cell shows without a load, and both ways with it [kN]."""
@@ -22,8 +21,7 @@ RESTS = {"force_zero_kN": 0.6}
 def test_a_force_at_rest_that_the_second_one_does_not_show_is_doubted_and_not_unloaded(
     tmp_path: Path,
 ) -> None:
-    # Over a wire nothing may be sampled behind the refusal, and then the other way to the force is told.
-    ran = run_stand(tmp_path, RESTS, wrong("force", scale=12.0), opening=open_direct)
+    ran = run_stand(tmp_path, RESTS, wrong("force", scale=12.0))
     assert (ran.outcome.status, ran.outcome.exit_status) == ("refused", 4)
     assert (ran.trip["sensor"], ran.trip["doubt"]) == ("force, force_2", "disagrees")
     assert "name = “force”, calibration" in ran.trip["setting"]
@@ -32,6 +30,9 @@ def test_a_force_at_rest_that_the_second_one_does_not_show_is_doubted_and_not_un
     assert "unload" not in ran.outcome.reason
     assert ran.outcome.safe_stop is not None
     assert "need be no load" in ran.outcome.safe_stop.line
+    # The amplifier's sample is the first to come over a wire, and alone would show no force.
+    assert not ran.outcome.safe_stop.safe
+    assert "(channel force, no zero taken off; force_2 shows 0." in ran.outcome.safe_stop.line
 
 
 def test_a_load_that_both_show_is_to_be_unloaded(tmp_path: Path) -> None:

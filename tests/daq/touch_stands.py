@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 
 from bufferstand.daq.campaign.campaign_runner import CampaignOutcome, run_campaign
-from bufferstand.drivers.simulated.inprocess.stand import InProcessStand, open_in_process
+from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.drivers.stand_file.loading import load_stand
-from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.protocols.campaign_file.schema import load_campaign
@@ -76,7 +75,6 @@ def run_stand(
     steps: str = STATIC.format(force_kN=300.0),
     head: str = "",
     amplifier: bool = True,
-    opening: Callable[[StandFile], InProcessStand] = open_in_process,
 ) -> Ran:
     """Run a campaign on the sample stand with keys of its simulation changed, and wired wrongly."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -96,7 +94,7 @@ def run_stand(
     stand_file, predictor = load_stand(file.stand_path), ModelPredictor(load_model(MODEL))
     limits = StandLimits(**stand_file.limits.model_dump())
     plan = make_plan(file, limits, predictor, load_specimen(file.specimen_path).specimen)
-    opened = opening(stand_file)
+    opened = open_in_process(stand_file)
     shown = Lines()
     outcome = run_campaign(
         plan, opened.stand, opened.clock, folder / "out", facts_of(stand_file),

@@ -148,6 +148,7 @@ def study(profile: Profile, kind: str, folder: Path, duration_s: float, capacity
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["TCP", "RTU"])
 def test_no_sample_is_lost_doubled_or_altered(profile: Profile, tmp_path: Path, kind: str) -> None:
     found = study(profile, kind, tmp_path, 4.0, 1 << 30)

@@ -243,6 +243,7 @@ def further(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
+@pytest.mark.slow
 def test_a_further_quantity_is_one_file(further: Path) -> None:
     found = json.loads((further / "found.json").read_text(encoding="utf-8"))
     assert found["names"] == [*QUANTITIES.names, NAME]
@@ -286,6 +287,7 @@ def test_the_entry_of_the_how_to_is_taken() -> None:
     assert Catalogue([*QUANTITIES, *found["ENTRIES"]]).names[-1] == NAME
 
 
+@pytest.mark.slow
 def test_a_further_quantity_changes_no_figure_of_the_others(further: Path) -> None:
     (path, *_) = sorted((further / "runs").iterdir())
     without, _ = evaluate_entry(path, Options(draws=200))

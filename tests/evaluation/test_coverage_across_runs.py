@@ -272,6 +272,7 @@ def test_a_dose_of_differences() -> None:
         assert narrower["tangent_stiffness_kN_per_mm"] < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["harmonic", pytest.param("static", marks=pytest.mark.long)])
 def test_a_dose_of_temperatures(kind: str) -> None:
     """At equal stroke the errors of the turning points leave force and stored energy, but not the area."""

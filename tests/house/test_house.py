@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 import subprocess
+import tomllib
+from importlib.metadata import requires
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from bufferstand.recording.runfile.file import read_metadata
 
@@ -21,14 +25,38 @@ def committed_files() -> list[Path]:
     return [ROOT / name for name in listed.stdout.split("\0") if name and (ROOT / name).is_file()]
 
 
-def test_lock_is_pinned_by_hash_and_names_no_address() -> None:
-    text = (ROOT / "requirements.lock").read_text()
-    assert "://" not in text
-    entries = re.split(r"\n(?=\S)", text.strip())
+def entries_of(lock: str) -> list[str]:
+    """Return the packages of a lock file, each with its pin and hashes."""
+    return re.split(r"\n(?=\S)", (ROOT / lock).read_text().strip())
+
+
+@pytest.mark.parametrize("lock", ["requirements.lock", "requirements-run.lock"])
+def test_lock_is_pinned_by_hash_and_names_no_address(lock: str) -> None:
+    entries = entries_of(lock)
     assert len(entries) > 40
     for entry in entries:
+        assert "://" not in entry
         assert "==" in entry, entry
         assert "--hash=sha256:" in entry, entry
+
+
+def test_what_is_pinned_for_running_is_a_part_of_the_whole() -> None:
+    assert set(entries_of("requirements-run.lock")) < set(entries_of("requirements.lock"))
+
+
+def test_what_is_pinned_for_running_is_what_running_needs() -> None:
+    """What the project needs, what that needs, and what makes an editable installation."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    asked = [*project["project"]["dependencies"], *project["dependency-groups"]["build"]]
+    needed: set[str] = set()
+    while asked:
+        one = Requirement(asked.pop())
+        name = canonicalize_name(one.name)
+        if name in needed or (one.marker is not None and not one.marker.evaluate({"extra": ""})):
+            continue
+        needed.add(name)
+        asked += requires(name) or []
+    assert {entry.partition("==")[0] for entry in entries_of("requirements-run.lock")} == needed
 
 
 def test_no_committed_text_names_a_machines_path_or_a_registry() -> None:

@@ -11,6 +11,8 @@ from types import ModuleType
 
 import pytest
 
+from bufferstand.foundation.how_called import CALLED
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -51,7 +53,7 @@ def test_it_needs_only_the_standard_library() -> None:
 def test_a_changed_lock_asks_for_a_new_environment(
     start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in ("requirements.lock", "pyproject.toml"):
+    for name in (*start.LOCKS.values(), "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path)
     monkeypatch.setattr(start, "ROOT", tmp_path)
     before = start.fingerprint()
@@ -61,14 +63,73 @@ def test_a_changed_lock_asks_for_a_new_environment(
     assert start.fingerprint() != before
 
 
+@pytest.mark.parametrize(("made", "asked"), [("all", "all"), ("all", "run"), ("run", "run")])
 def test_set_up_environment_is_left_alone(
-    start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: str, asked: str
 ) -> None:
     monkeypatch.setattr(start, "PYTHON", Path(sys.executable))
     monkeypatch.setattr(start, "STAMP", tmp_path / "stamp")
     monkeypatch.setattr(start, "installer", lambda: pytest.fail("it would install again"))
-    (tmp_path / "stamp").write_text(start.fingerprint())
-    start.set_up()
+    (tmp_path / "stamp").write_text(f"{made} {start.fingerprint()}")
+    start.set_up(asked)
+
+
+def test_one_made_for_running_grows_and_is_not_made_anew(
+    start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    installed: list[tuple[str, ...]] = []
+    monkeypatch.setattr(start, "PYTHON", Path(sys.executable))
+    monkeypatch.setattr(start, "ENVIRONMENT", tmp_path)
+    monkeypatch.setattr(start, "STAMP", tmp_path / "stamp")
+    monkeypatch.setattr(start, "install", lambda *words: installed.append(words))
+    monkeypatch.setattr(start.venv, "EnvBuilder", lambda **_: pytest.fail("it would be made anew"))
+    (tmp_path / "stamp").write_text(f"run {start.fingerprint()}")
+    start.set_up("all")
+    assert [words[-1] for words in installed] == [str(ROOT / "requirements.lock"), str(ROOT)]
+    assert (tmp_path / "stamp").read_text() == f"all {start.fingerprint()}"
+
+
+@pytest.mark.parametrize(
+    ("task", "asked"), [("demo", "run"), ("run", "run"), ("test", "all"), ("setup", "all")]
+)
+def test_running_needs_the_small_environment_only(
+    start: ModuleType, monkeypatch: pytest.MonkeyPatch, task: str, asked: str
+) -> None:
+    needed: list[str] = []
+    monkeypatch.setattr(start, "set_up", needed.append)
+    monkeypatch.setattr(start, "run", lambda *_, **__: 0)
+    assert start.main([task]) == 0
+    assert needed == [asked]
+
+
+def test_what_runs_is_told_how_it_was_called(start: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: dict[str, str] = {}
+
+    def run(*command: str, **variables: str) -> int:
+        told.update(variables)
+        return len(command)
+
+    monkeypatch.setattr(start, "run", run)
+    monkeypatch.setattr(start.sys, "argv", ["a b/start.py", "demo"])
+    assert start.bufferstand("demo") == 3
+    assert told == {CALLED: "python3 'a b/start.py' run"}
+
+
+@pytest.mark.parametrize("status", [0, 1])
+def test_what_pip_fetches_is_shown_and_a_failure_told(
+    start: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], status: int
+) -> None:
+    said = "Collecting click==8 (from x)\\nCollecting numpy==2\\nInstalling collected packages: click"
+    pip = [sys.executable, "-c", f"print('{said}'); raise SystemExit({status})", start.PIP_SHOWS]
+    monkeypatch.setattr(start, "installer", lambda: pip)
+    if status:
+        with pytest.raises(SystemExit):
+            start.install("-r", "some.lock")
+    else:
+        start.install("-r", "some.lock")
+    shown = capsys.readouterr().err
+    assert "2 packages fetched; putting them in place" in shown
+    assert ("the installation failed" in shown) is bool(status)
 
 
 def test_what_is_compiled_is_kept_in_the_environment_and_not_in_the_tree(

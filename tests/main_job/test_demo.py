@@ -177,7 +177,7 @@ def test_progress_goes_to_standard_error_without_colour(demo: Demo) -> None:
 
 def test_what_it_says_to_do_next_can_be_done(demo: Demo) -> None:
     after = demo.process.stdout.partition("What next")[2]
-    typed = [line.partition("   ")[0].strip() for line in after.splitlines() if "bufferstand " in line]
+    typed = [line.strip() for line in after.splitlines() if line.strip().startswith("bufferstand ")]
     assert len(typed) >= 4
     for line in typed:
         words = shlex.split(line)[1:]

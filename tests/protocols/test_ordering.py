@@ -50,6 +50,7 @@ def course(sizes: list[tuple[float, int]], stays: list[bool] | None = None) -> O
     return OrderSearch(around, jobs, margin_C=1.0, start_max_C=None)
 
 
+@pytest.mark.slow
 def test_the_chosen_order_is_sooner_and_runs_through(plan: MakePlan) -> None:
     as_given, chosen = plan(WAIT + SIX), plan(WAIT + SOONEST + SIX)
     assert as_given.ordering is None

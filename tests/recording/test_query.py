@@ -174,6 +174,7 @@ def test_a_start_in_any_of_its_forms() -> None:
     assert parse_query('date < "2026-03-05T14:02"', FIELDS).matches(short)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=60))
 def test_no_text_does_anything_but_be_refused(text: str) -> None:
     with suppress(BadInput):

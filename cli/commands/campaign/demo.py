@@ -11,7 +11,7 @@ import click
 
 from bufferstand.cli.options import FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange, write_json
 from bufferstand.cli.samples import sample
-from bufferstand.foundation import BadInput, ExitStatus, duration_text
+from bufferstand.foundation import BadInput, ExitStatus, duration_text, program
 
 if TYPE_CHECKING:
     from bufferstand.cli.campaign import PreparedCampaign
@@ -22,10 +22,14 @@ SPEED = 6.0
 _WHAT_NEXT = """
 What next
   open the report above in a browser; its first page says what is still missing for a signature
-  bufferstand runs {folder}                       the recorded runs, and what was done in each
-  bufferstand evaluate {folder} --json -          every figure with its uncertainty, for your own programs
-  bufferstand model fit {folder}/runs --out spring.toml      the spring model, for vehicle dynamics
-  bufferstand plan {folder}/inputs/demo.toml      the campaign file behind it: copy it and make it yours
+  the recorded runs, and what was done in each
+    {program} runs {folder}
+  every figure with its uncertainty, for your own programs
+    {program} evaluate {folder} --json -
+  the spring model, for vehicle dynamics
+    {program} model fit {folder}/runs --out spring.toml
+  the campaign file behind it: copy it and make it yours
+    {program} plan {folder}/inputs/demo.toml
   docs/tutorial.md: the same by hand; docs/how-to/connect-your-controller.md: your own stand"""
 
 
@@ -76,7 +80,7 @@ def command(out: Path | None, speed: float, truth: Path | None) -> int:
     click.echo(f"evaluation   {folder / 'evaluation.json'}")
     for file in files:
         click.echo(f"report       {file.resolve().as_uri() if file.suffix == '.html' else file}")
-    click.echo(_WHAT_NEXT.format(folder=quote(str(folder))))
+    click.echo(_WHAT_NEXT.format(program=program(), folder=quote(str(folder))))
     return ExitStatus.DONE
 
 

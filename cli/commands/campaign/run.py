@@ -11,6 +11,7 @@ import click
 from bufferstand.cli.arming import yes_move_option
 from bufferstand.cli.campaign import nothing_moved
 from bufferstand.cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
+from bufferstand.foundation import program
 
 if TYPE_CHECKING:
     from bufferstand.daq.campaign import CampaignOutcome
@@ -79,7 +80,7 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
     files = _kept(outcome, out)
     if outcome.status == "complete":
         report = quote(str(out / "report"))
-        click.echo(f"campaign complete: {files}; next: bufferstand report {quote(str(out))} --out {report}")
+        click.echo(f"campaign complete: {files}; next: {program()} report {quote(str(out))} --out {report}")
         if outcome.exit_status:
             click.echo(f"bufferstand: {outcome.reason}", err=True)
         record, rows = load_record(out), read_as_run(out)
@@ -88,7 +89,7 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
             without = f"; {gone}" if (gone := replaced_sentence(rows, kept)) else ""
             click.echo(
                 f"{totals(kept).sentence()}{without}; step by step: "
-                f"bufferstand plan … --against {quote(str(out))}"
+                f"{program()} plan … --against {quote(str(out))}"
             )
     else:
         safe = outcome.safe_stop.line if outcome.safe_stop is not None else "the stand was not touched"
@@ -116,7 +117,7 @@ def nothing_left(record: CampaignRecord, out: Path) -> int:
     skipped = sum(step.status == "skipped" for step in record.steps)
     count, total = len(record.steps) - skipped, len(record.steps)
     steps = f"{count} of {total} step{'s' * (total > 1)} complete" + f", {skipped} skipped" * (skipped > 0)
-    report = f"bufferstand report {quote(str(out))} --out {quote(str(out / 'report'))}"
+    report = f"{program()} report {quote(str(out))} --out {quote(str(out / 'report'))}"
     click.echo(f"nothing is left to do ({steps}), and nothing was touched; next: {report}")
     return 0
 
@@ -129,4 +130,4 @@ def _next(out: Path) -> str:
     if record is not None and record.recorded_nothing(out):
         when = "to begin" if record.stopped_by == "operator" else "when it is mended"
         return f"nothing is recorded: give the same command again {when}"
-    return f"go on with it: bufferstand resume {quote(str(out))}"
+    return f"go on with it: {program()} resume {quote(str(out))}"

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from bufferstand.cli.options import EXISTING, FILE, SPRING_C, warn
-from bufferstand.foundation import BadInput, ExitStatus
+from bufferstand.foundation import BadInput, ExitStatus, program
 from bufferstand.foundation.files import write_text
 from bufferstand.model.identification import NAMES
 
@@ -116,7 +116,7 @@ def command(
                     specimen=_seen_from(missing, specimen, "specimen.toml"),
                 ),
             )
-            click.echo(f"written: {missing} (see it with: bufferstand plan {missing})")
+            click.echo(f"written: {missing} (see it with: {program()} plan {missing})")
             if stand is None or specimen is None:
                 warn("the campaign names stand.toml and specimen.toml beside it, unless given as options")
     return ExitStatus.DONE

@@ -8,7 +8,7 @@ import click
 
 from bufferstand.cli.evaluation import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
@@ -59,7 +59,7 @@ def command(
 
     formats = formats_here()
     if "pdf" not in formats:
-        warn("no PDF: typst is not installed; pip install 'bufferstand[pdf]' adds it")
+        warn(f"no PDF: typst is not installed; {how_to_add('pdf')} adds it")
     given = Given(
         options=judging.options,
         limit_set=judging.limit_set,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bufferstand.cli.options import EXISTING, FILE, FOLDER, JUDGED_TO_SPEED, FiniteRange
+from bufferstand.foundation import program
 
 if TYPE_CHECKING:
     from bufferstand.drivers.simulated.serving import Served
@@ -74,7 +75,7 @@ def command(
         for stream, place in served.instruments.items():
             shown = place if isinstance(place, str) else f"Modbus TCP {place[0]}:{place[1]}"
             click.echo(f"{stream:<12} {shown}")
-        click.echo(f"faults       bufferstand fault {stand} FAULT  (or --list, --clear)")
+        click.echo(f"faults       {program()} fault {stand} FAULT  (or --list, --clear)")
         click.echo(f"serving at {served.speed:g} times real time; Ctrl-C ends it")
 
     serve(stand, options, ready=ready)

@@ -14,7 +14,7 @@ import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
 from bufferstand.evaluation.report.content import Content, moment_of
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
@@ -44,11 +44,11 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
         If the typesetter warns or fails.
     """
     try:
-        import typst  # noqa: PLC0415 - an optional extra
+        import typst  # noqa: PLC0415
     except ImportError:
         raise BadInput(
             "the PDF report needs typst, which is not installed",
-            remedy="install the extra: pip install 'bufferstand[pdf]', or write the HTML report only",
+            remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
     document = json.dumps(content.document(), ensure_ascii=False, sort_keys=True)
     _check_letters(document)
