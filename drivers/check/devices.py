@@ -156,7 +156,7 @@ def _controller_rows(
         yield delivery_row(delivery)
     yield _outage_row(stand_file)
     values = _mean_values(controller.facts.channels, newest)
-    forces["force"] = values["force"]
+    forces |= {one.name: values[one.name] for one in controller.facts.channels if one.quantity == "force"}
     age_s = clock.now_s() - newest.received_s
     for channel in controller.facts.channels:
         row = value_row(

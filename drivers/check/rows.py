@@ -129,15 +129,15 @@ def difference_row(one: str, two: str, difference_mm: float, most_mm: float | No
 
 def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[CheckRow]:
     """Yield how far each further way to the force is from the controller's, where both answered."""
-    for one in stand_file.instruments:
-        second = one.channel.name
-        if one.channel.quantity != "force" or {"force", second} - set(forces):
+    for device, channel in channels_of(stand_file):
+        second = channel.name
+        if channel.quantity != "force" or second == "force" or {"force", second} - set(forces):
             continue
         apart_kN = abs(forces["force"] - forces[second])
         far = apart_kN > FORCE_DIFFERENCE_SHARE * stand_file.limits.force_max_kN
         remark = "the two amplifiers disagree; look at zero, range and calibration of both" if far else ""
         verdict = Verdict.FAULT if far else Verdict.OK
-        yield CheckRow(one.stream, f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
+        yield CheckRow(device, f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
 
 
 def thermometer_rows(stand_file: StandFile) -> Iterator[CheckRow]:

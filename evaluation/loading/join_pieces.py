@@ -20,6 +20,13 @@ _MARGIN = 64
 """Readings about a piece that its splines see: what lies further off counts by less than 0.27^64."""
 
 
+def compared(wires: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the difference of draw wires, and of more than two each one behind it; nothing of one."""
+    if len(wires) < 2:
+        return []
+    return [tilt_of_strokes(wires), *(wires if len(wires) > 2 else ())]
+
+
 class Feed:
     """A channel that is read as far as a piece needs it: its readings about some stretch of time.
 
@@ -86,7 +93,8 @@ class Pieces:
     def columns(self) -> Iterator[FloatArray]:
         """Return time, stroke, force, where there are, wire difference and speed; shape (columns, rows).
 
-        The last two columns are what halves of the force's readings give, less what all give.
+        Of more than two wires each one follows on their difference. The last two columns are what halves of
+        the force's readings give, less what all give.
         What lies before the force's first reading and behind its last one is left out.
 
         Raises
@@ -113,7 +121,7 @@ class Pieces:
             difference = []
             if len(self._wires) > 2:
                 all_of_them = [stroke, *(at[name] for name in self._wires[1:])]
-                difference, stroke = [tilt_of_strokes(all_of_them)], mean_of_strokes(all_of_them)
+                difference, stroke = compared(all_of_them), mean_of_strokes(all_of_them)
             elif len(self._wires) > 1:
                 difference = [stroke - at[self._wires[1]]]
                 stroke = stroke - 0.5 * difference[0]

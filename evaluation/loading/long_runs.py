@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bufferstand.evaluation.loading.condense import block_means, block_starts
 from bufferstand.evaluation.loading.join import are_of_streams
-from bufferstand.evaluation.loading.join_pieces import Pieces
+from bufferstand.evaluation.loading.join_pieces import Pieces, compared
 from bufferstand.evaluation.loading.resample import holes, same_instants
 from bufferstand.evaluation.loading.table_rows import is_stamped
 from bufferstand.evaluation.numerics import FloatArray, moved, moved_evenly
@@ -31,7 +31,6 @@ from bufferstand.evaluation.record import (
     with_own_steps,
 )
 from bufferstand.foundation import to_inside
-from bufferstand.foundation.channels import tilt_of_strokes
 from bufferstand.foundation.numbers import median
 from bufferstand.recording.runfile import Run, Series, mean_stroke
 
@@ -86,7 +85,8 @@ def long_record(run: Run, wires: Sequence[str], bounds: MemoryBounds) -> tuple[R
     size = bounds.samples_a_block(stream.rows)
     cleaner = Cleaner(_longest_usual_step_s(run, stream.name, bounds.piece_rows))
     apart = Pieces(run, wires, bounds.piece_rows) if are_of_streams(run, wires) else None
-    columns = 3 + (len(wires) > 1) + run.has("speed") + 2 * (apart is not None)
+    further = (len(wires) > 1) + (len(wires) if len(wires) > 2 else 0)
+    columns = 3 + further + run.has("speed") + 2 * (apart is not None)
     blocks = _Blocks(size, columns, stream.rows)
     first = 0
     ends: dict[str, Ends] = {}
@@ -100,7 +100,7 @@ def long_record(run: Run, wires: Sequence[str], bounds: MemoryBounds) -> tuple[R
         kept, breaks = cleaner.take(piece[0], piece[1], piece[2], lost)
         usable = piece[:, kept]
         blocks.take(usable, breaks)
-        _note_ends(ends, usable, breaks.tolist(), two_wires=len(wires) == 2, speed=run.has("speed"))
+        _note_ends(ends, usable, breaks.tolist(), wires, speed=run.has("speed"))
         first = last
     problems = apart.problems() if apart else ()
     check_usable(cleaner)
@@ -116,9 +116,10 @@ def long_record(run: Run, wires: Sequence[str], bounds: MemoryBounds) -> tuple[R
         speed_mm_per_s=others.pop() if run.has("speed") else None,
         breaks=tuple(blocks.breaks),
         defects=cleaner.defects(),
-        wire_difference_mm=others.pop() if others else None,
+        wire_difference_mm=others[0] if others else None,
         averaged=size,
         between=between,
+        as_recorded=dict(zip(wires, ((time_s, wire) for wire in others[1:]), strict=False)),
     )
     if size == 1 and not cleaner.even:
         record = with_own_steps(record)
@@ -139,14 +140,19 @@ def _own_ends(run: Run, rows: int) -> dict[str, Ends]:
 
 
 def _note_ends(
-    ends: dict[str, Ends], piece: FloatArray, breaks: Sequence[int], *, two_wires: bool, speed: bool
+    ends: dict[str, Ends], piece: FloatArray, breaks: Sequence[int], wires: Sequence[str], *, speed: bool
 ) -> None:
     """Take the least and greatest samples of a piece, shape (columns, N), into those of the run so far."""
     columns = {"stroke": piece[1], "force": piece[2]}
-    if two_wires:
-        columns |= {"stroke_1": piece[1] + 0.5 * piece[3], "stroke_2": piece[1] - 0.5 * piece[3]}
+    after = 3
+    if len(wires) == 2:
+        columns |= {wires[0]: piece[1] + 0.5 * piece[3], wires[1]: piece[1] - 0.5 * piece[3]}
+        after = 4
+    elif len(wires) > 2:
+        after = 4 + len(wires)
+        columns |= dict(zip(wires, piece[4:after], strict=True))
     if speed:
-        columns["speed"] = piece[-1]
+        columns["speed"] = piece[after]
     for name, values in columns.items():
         known = joined(ends.get(name), peaks_of(piece[0], values, breaks))
         if known is not None:
@@ -216,7 +222,10 @@ class _Blocks:
 
 
 def _pieces(run: Run, wires: Sequence[str], edges: NDArray[np.int64], rows: int) -> Iterator[FloatArray]:
-    """Return time, stroke, force and, where there are, wire difference and speed; shape (columns, rows)."""
+    """Return time, stroke, force and, where there are, wire difference and speed; shape (columns, rows).
+
+    Of more than two wires each one follows on their difference.
+    """
     first = 0
     speed = ["speed"] if run.has("speed") else []
     names = [*wires, "force", *speed]
@@ -232,7 +241,7 @@ def _pieces(run: Run, wires: Sequence[str], edges: NDArray[np.int64], rows: int)
             for at, value, quantity, unit in zip(columns[::2], columns[1::2], quantities, units, strict=True)
         ]
         force = values[len(wires)]
-        difference = [tilt_of_strokes(values[: len(wires)])] if len(wires) > 1 else []
+        difference = compared(values[: len(wires)])
         mean = to_inside(stroke[inner], "stroke", units[0])
         yield np.stack([time_s[inner], mean, force, *difference, *values[len(wires) + 1 :]])
         first += size

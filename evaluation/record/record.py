@@ -97,7 +97,7 @@ class Record:
         What was understood of how the record was written, in words.
     ends : mapping of str to (Peak, Peak)
         Where the samples are means, or are brought to other instants: the least and the greatest sample as
-        recorded, by channel (``force``, ``stroke``, ``speed``; of two draw wires also ``stroke_1`` …).
+        recorded, by channel (``force``, ``stroke``, ``speed``; of several draw wires also ``stroke_1`` …).
     by_event : bool
         A sample was written whenever something had changed: in a long step nothing did but at its end.
     filled_s : tuple of (float, float)
@@ -106,8 +106,9 @@ class Record:
     drift_kN : float
         Limit of the change of the force's zero over the record, where stated.
     as_recorded : mapping of str to (array, array)
-        Time and value of channels whose samples here are brought to other instants, or are means of two draw
-        wires: as they were read (``force``, ``stroke_1``, ``stroke_2``), all numbers at rising times.
+        Time and value of channels whose samples here are brought to other instants, or are means of draw
+        wires: as they were read (``force``, ``stroke_1``, ``stroke_2`` …), all numbers at rising times. Of a
+        run too long to be held at once more than two wires only, averaged as all else.
     signals : Signals, or None
         All signals of a run that a stand recorded, side by side and thinned.
     """

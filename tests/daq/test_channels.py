@@ -48,6 +48,16 @@ cycles = 5
 """
 
 
+FORCE_2 = """
+[[controller.channel]]
+name = "force_2"
+quantity = "force"
+unit = "kN"
+place = "second bridge"
+calibration = { id = "F-2", coefficients = [0.0, 9.5367431640625e-05], certificate = "simulated" }
+"""
+
+
 def recorded(folder: Path, *, wires: int, further: bool) -> tuple[Run, Path]:
     """Run a short campaign on a stand with such channels; return its harmonic run and its file."""
     stand_with(folder, wires=wires, further=further)
@@ -115,6 +125,28 @@ def test_four_wires_pressure_and_acceleration_are_recorded_checked_and_evaluated
 
 def signals_as_columns(path: Path) -> list[str]:
     return list(to_frame(open_run(path)).columns)
+
+
+@pytest.mark.parametrize(("off_kN", "verdict"), [(0.0, Verdict.OK), (40.0, Verdict.FAULT)])
+def test_a_second_force_of_the_controller_is_held_against_the_first(
+    tmp_path: Path, off_kN: float, verdict: Verdict
+) -> None:
+    path = stand_with(tmp_path, wires=2)
+    profile = tmp_path / "ring.toml"
+    text = profile.read_text(encoding="utf-8")
+    assert '"command:i16"' in text
+    profile.write_text(text.replace('"command:i16"', '"command:i16", "force_2:i32"'), encoding="utf-8")
+    before, _, after = path.read_text(encoding="utf-8").partition("\n[amplifier]")
+    wrong = f"\n[simulation.miswired.force]\nzero = {off_kN}\ncontroller_too = false\n"
+    further = "\n[temperature]" + after.partition("\n[temperature]")[2]
+    path.write_text(before + FORCE_2 + further + wrong, encoding="utf-8")
+    stand_file = load_stand(path)
+    opened = open_in_process(stand_file)
+    found = check_devices(stand_file, opened.stand.controller, (), opened.clock, watch_s=0.0)
+    (row,) = [row for row in found if row.item == "force − force_2"]
+    assert (row.device, row.verdict) == ("controller", verdict)
+    assert abs(float(row.value.removesuffix(" kN")) - off_kN) < 1.0
+    assert ("disagree" in row.remark) == (verdict is Verdict.FAULT)
 
 
 WAYS = st.lists(st.floats(-50.0, 300.0), min_size=3, max_size=3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -198,8 +199,16 @@ TOLERANCES = {
 """By how much the two ways may differ; noise of 0.02 % of the range on both channels is in it."""
 
 
-def columns_written(path: Path, time: Floats, stroke: Floats, force: Floats, **run: Any) -> Path:
-    """Write an imported run of these columns as they are."""
+def columns_written(
+    path: Path,
+    time: Floats,
+    stroke: Floats,
+    force: Floats,
+    further: Mapping[str, Floats] | None = None,
+    **run: Any,
+) -> Path:
+    """Write an imported run of these columns as they are; ``further`` are more strokes, by name."""
+    strokes = {"stroke_1": stroke, **(further or {})}
     metadata = samples.metadata(path.stem, status="imported", **run)
     metadata["step"] = {}
     channels = [
@@ -209,11 +218,14 @@ def columns_written(path: Path, time: Floats, stroke: Floats, force: Floats, **r
             unit="kN",
             uncertainty=ChannelUncertainty(accuracy_percent=0.5, zero=0.1),
         ),
-        Channel(
-            name="stroke_1",
-            quantity="stroke",
-            unit="mm",
-            uncertainty=ChannelUncertainty(linearity=0.25, zero=0.05),
+        *(
+            Channel(
+                name=name,
+                quantity="stroke",
+                unit="mm",
+                uncertainty=ChannelUncertainty(linearity=0.25, zero=0.05),
+            )
+            for name in strokes
         ),
     ]
     metadata["streams"] = {
@@ -224,7 +236,57 @@ def columns_written(path: Path, time: Floats, stroke: Floats, force: Floats, **r
             "channels": [channel.model_dump(mode="json") for channel in channels],
         }
     }
-    return write_run(path, metadata, {"import": StreamContent(time, {"force": force, "stroke_1": stroke})})
+    return write_run(path, metadata, {"import": StreamContent(time, {"force": force, **strokes})})
+
+
+@pytest.mark.parametrize("points", [10**9, 900])
+@pytest.mark.parametrize("stuck", [("stroke_2",), ("stroke_1", "stroke_3")])
+def test_wires_that_fail_are_found_in_pieces_as_in_the_whole(
+    tmp_path: Path, points: int, stuck: tuple[str, ...]
+) -> None:
+    """Of three wires those that stand still from the middle on are left out, whatever is held at once."""
+    time, stroke, force = Ellipse().columns(1.0, 500.0, 8.0)
+    random = np.random.default_rng(11)
+    wires = {f"stroke_{n}": stroke + 0.005 * random.standard_normal(stroke.size) for n in (1, 2, 3)}
+    middle = stroke.size // 2
+    for name in stuck:
+        wires[name][middle:] = wires[name][middle]
+    path = columns_written(tmp_path / "r.h5", time, wires.pop("stroke_1"), force, wires, kind="harmonic")
+    whole, parts = (
+        evaluated(path, bounds)
+        for bounds in (WHOLE, MemoryBounds(whole_rows=100, piece_rows=333, points=points))
+    )
+    assert whole.draw_wires is not None
+    assert parts.draw_wires is not None
+    assert (
+        [one.wire for one in parts.draw_wires.out]
+        == [one.wire for one in whole.draw_wires.out]
+        == list(stuck)
+    )
+    for mine, its in zip(parts.draw_wires.out, whole.draw_wires.out, strict=True):
+        assert mine.from_s == pytest.approx(its.from_s, abs=0.05)
+        assert mine.from_s == pytest.approx(time[middle], abs=0.05)
+    assert len(parts.facts.stroke_uncertainty) == 3 - len(stuck)
+    assert parts.summary.values["amplitude_mm"].value == pytest.approx(
+        whole.summary.values["amplitude_mm"].value, rel=2e-3
+    )
+    assert parts.extremes["stroke_max_mm"].value == pytest.approx(
+        whole.extremes["stroke_max_mm"].value, abs=0.05
+    )
+    assert {one.kind for one in parts.findings} == {one.kind for one in whole.findings}
+
+
+def test_sound_wires_in_pieces_are_three_as_in_the_whole(tmp_path: Path) -> None:
+    time, stroke, force = Ellipse().columns(1.0, 500.0, 8.0)
+    wires = {f"stroke_{n}": stroke + 0.1 * n for n in (1, 2, 3)}
+    path = columns_written(tmp_path / "r.h5", time, wires.pop("stroke_1"), force, wires, kind="harmonic")
+    whole, parts = (evaluated(path, bounds) for bounds in (WHOLE, PIECES))
+    assert_same(parts.record, whole.record, 1e-9)
+    for one in (whole, parts):
+        assert one.draw_wires is not None
+        assert one.draw_wires.out == ()
+        assert one.draw_wires.largest_difference_mm == pytest.approx(0.2)
+    assert {one.kind for one in parts.findings} == {one.kind for one in whole.findings}
 
 
 def test_a_falling_branch_is_remembered_from_piece_to_piece(tmp_path: Path) -> None:

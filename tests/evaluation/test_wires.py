@@ -14,11 +14,13 @@ from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import RunFacts
 from bufferstand.evaluation.loading.load import load_run
 from bufferstand.evaluation.plausibility.run_view.view import RunView
+from bufferstand.evaluation.plausibility.signal_comparison.draw_wires import check_wires
 from bufferstand.evaluation.plausibility.signal_comparison.stroke_sensors import strokes_and_piston
 from bufferstand.evaluation.record.record import Record, make_record
 from bufferstand.evaluation.record.signals import Signals
 from bufferstand.evaluation.run.evaluate import evaluate_run
 from bufferstand.foundation.channels.channel import ChannelUncertainty
+from bufferstand.foundation.channels.strokes import mean_of_strokes, tilt_of_strokes
 from tests.evaluation.signals import STATED, Ellipse, Floats
 from tests.evaluation.test_load import write
 
@@ -102,6 +104,44 @@ def test_a_stuck_wire_is_recognised_and_left_out(stuck: int, at: float) -> None:
     np.testing.assert_allclose(evaluation.record.stroke_mm[:whole], expected, atol=1e-9)
     assert evaluation.summary.values["amplitude_mm"].value == pytest.approx(20.0, rel=1e-3)
     assert evaluation.facts.stroke_uncertainty == STATED["stroke_uncertainty"][:1]  # type: ignore[index]
+
+
+def late(stroke: Floats, samples: int) -> Floats:
+    """Return a stroke that comes so many samples late."""
+    return np.concatenate((np.full(samples, stroke[0]), stroke[:-samples]))
+
+
+def moved_once() -> tuple[Floats, Floats, Floats]:
+    time_s = np.arange(5000) / 500.0
+    stroke = 20.0 * np.clip(time_s - 2.0, 0.0, 3.0)
+    return time_s, stroke, 5.0 * stroke
+
+
+def test_a_wire_that_is_late_is_not_broken_and_neither_is_the_other_one() -> None:
+    """Each stands still while the other moves: at the beginning the late one, at the end the other."""
+    columns = moved_once()
+    found = check_wires(record(columns[1], late(columns[1], 500), columns), FACTS)[2]
+    assert found is not None
+    assert found.out == ()
+    assert found.largest_difference_mm == pytest.approx(20.0, abs=0.1)
+
+
+def test_of_three_wires_the_late_one_is_left_out() -> None:
+    columns = moved_once()
+    time_s, stroke, force = columns
+    wires = {"stroke_1": stroke, "stroke_2": late(stroke, 500), "stroke_3": stroke + 0.1}
+    made = make_record(
+        time_s,
+        mean_of_strokes([*wires.values()]),
+        force,
+        wire_difference_mm=tilt_of_strokes([*wires.values()]),
+    )
+    read = {name: (time_s, wire) for name, wire in wires.items()}
+    left, _, found = check_wires(replace(made, as_recorded=read), FACTS)
+    assert found is not None
+    (gone,) = found.out
+    assert (gone.wire, gone.from_s) == ("stroke_2", pytest.approx(2.0, abs=0.1))
+    np.testing.assert_allclose(left.stroke_mm, stroke + 0.05, atol=1e-9)
 
 
 @pytest.mark.slow

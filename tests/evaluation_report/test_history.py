@@ -163,3 +163,15 @@ def test_each_zero_is_shown_once_with_the_runs_that_count_from_it(source: Report
     rows = table(contact_section(replace(source, runs=tuple(runs))), "How the zero was set")
     assert [row["Runs"].text for row in rows] == ["1–3", f"4–{runs[-1].number}"]
     assert [value(row["Draw wire 1 ± U"])[0] for row in rows] == [1.57, 1.59]
+    assert not any("Draw wire 3 ± U" in row for row in rows)
+
+
+def test_the_zero_of_every_draw_wire_is_shown(source: ReportSource) -> None:
+    wires = [{"name": f"stroke_{number}", "value": float(number), "u": 0.02} for number in range(1, 5)]
+    zero = {"how": "tare", "taken_over": False, "found": "2026-11-23T10:00:00+00:00", "channel": wires}
+    (first, *_) = source.runs
+    facts = {**first.evaluated["run"], "zero": zero}
+    run = replace(first, evaluated={**first.evaluated, "run": facts, "first_contact": None})
+    (row,) = table(contact_section(replace(source, runs=(run,))), "How the zero was set")
+    assert [value(row[f"Draw wire {number} ± U"])[0] for number in range(1, 5)] == [1.0, 2.0, 3.0, 4.0]
+    assert row["Force ± U"].text == "—"

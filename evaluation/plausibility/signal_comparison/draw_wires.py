@@ -18,11 +18,11 @@ from bufferstand.foundation.channels import (
 )
 
 BLOCKS = 200
-"""A record is looked at in so many stretches; a wire that stands still while the other moves is out."""
+"""A record is looked at in so many stretches; a wire that stands still while another moves is out."""
 STILL = 0.1
-"""Still: moving less than this share of what the other wire moves."""
+"""Still: moving less than this share of what the wire moves that moves most."""
 LEAST_MOTION = 0.25
-"""A stretch tells when the other wire moves by this share of its largest motion in any stretch …"""
+"""A stretch tells when a wire moves by this share of the largest motion in any stretch …"""
 LEAST_MOTION_MM = 0.5
 """… and by at least this much (far above the noise of a wire)."""
 SLIPS = 0.5
@@ -57,34 +57,12 @@ def check_wires(record: Record, facts: RunFacts) -> tuple[Record, RunFacts, Draw
     largest, at_s = float(abs(difference[peak])), float(record.time_s[peak])
     furthest_mm = max(float(np.max(record.stroke_mm)), -float(np.min(record.stroke_mm)))
     limit = difference_limit_mm(facts.stroke_uncertainty, furthest_mm)
-    several = _several_wires(record)
-    if several and (failed := _wires_out(several, record.time_s)):
+    every = _wires_of(record, difference)
+    if failed := _wires_out(every, record.time_s):
         missing = {one.wire for one in failed}
-        rest = {name: wire for name, wire in several.items() if name not in missing}
+        rest = {name: wire for name, wire in every.items() if name not in missing}
         wires = DrawWires(largest, at_s, None, None, None, limit, failed, warnings=_without(failed, [*rest]))
-        return _of_the_rest(record, rest), _facts_of(facts, [*several], missing), wires
-    out = None if several else _wire_out(record.stroke_mm, difference)
-    if out is not None:
-        number, row = out
-        other = 3 - number
-        since = float(record.time_s[row])
-        sign = 0.5 if other == 1 else -0.5
-        stated = facts.stroke_uncertainty
-        text = (
-            f"draw wire stroke_{number} stands still from {since:.4g} s on while stroke_{other} moves: "
-            f"broken or stuck; the stroke is stroke_{other} alone, without the tilt"
-        )
-        gone = (FailedWire(f"stroke_{number}", since),)
-        wires = DrawWires(largest, at_s, None, None, None, limit, gone, warnings=(text,))
-        return (
-            replace(record, stroke_mm=record.stroke_mm + sign * difference),
-            replace(
-                facts,
-                stroke_uncertainty=(stated[other - 1],) if len(stated) == 2 else stated,
-                stroke_identities=facts.stroke_identities[other - 1 : other],
-            ),
-            wires,
-        )
+        return _of_the_rest(record, rest), _facts_of(facts, [*every], missing), wires
     line = _line(record.stroke_mm, difference)
     warnings = []
     if limit is None:
@@ -119,39 +97,51 @@ def difference_limit_mm(wires: Sequence[ChannelUncertainty], stroke_mm: float) -
     return sum(sorted(limits)[-2:])
 
 
-def _several_wires(record: Record) -> dict[str, FloatArray]:
-    """Return what each of more than two draw wires reads at the instants of the record.
-
-    Empty of two, which their mean and difference tell, and of a run too long to be held at once.
-    """
+def _wires_of(record: Record, difference: FloatArray) -> dict[str, FloatArray]:
+    """Return what each draw wire reads at the instants of the record: of two by their mean and difference."""
     names = [name for name in STROKE_CHANNELS if name in record.as_recorded]
-    if len(names) < 3:
-        return {}
-    return {name: np.interp(record.time_s, *record.as_recorded[name]) for name in names}
+    if len(names) > 2:
+        return {name: np.interp(record.time_s, *record.as_recorded[name]) for name in names}
+    if len(names) < 2 and record.signals is not None:
+        names = list(record.signals.strokes)
+    one, two = names if len(names) == 2 else STROKE_CHANNELS[:2]
+    return {one: record.stroke_mm + 0.5 * difference, two: record.stroke_mm - 0.5 * difference}
 
 
 def _wires_out(wires: Mapping[str, FloatArray], time_s: FloatArray) -> tuple[FailedWire, ...]:
-    """Return the wires of several that stand still while another one moves, each from when on."""
+    """Return the wires that stand still while another one moves, each from when on.
+
+    Where each of two stands still while the other moves, one is late and none is broken. Of more, that which
+    stood still first is out, and the others are held against each other.
+    """
     blocks = {name: _blocks(wire)[0] for name, wire in wires.items()}
     rows = _blocks(time_s)[1]
-    moved = {name: np.ptp(block, axis=1) for name, block in blocks.items()}
+    moved = {name: np.max(block, axis=1) - np.min(block, axis=1) for name, block in blocks.items()}
     larger = np.maximum.reduce(list(moved.values()))
     farthest = [max(moved, key=lambda name: float(moved[name][block])) for block in range(larger.size)]
     tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
     failed = []
     for name, own in moved.items():
+        # The stretch in which the wire went may hold some of its motion: it is out from there on.
         for block in np.flatnonzero(tells & (own < STILL * larger)).tolist():
             part = slice(rows * block, rows * (block + 1))
             if not _is_a_step(wires[farthest[block]][part]):
                 failed.append(FailedWire(name, float(time_s[rows * block])))
                 break
-    return tuple(failed)
+    if len(failed) < len(wires):
+        return tuple(failed)
+    if len(wires) == 2:
+        return ()
+    first = min(failed, key=lambda one: one.from_s)
+    rest = {name: wire for name, wire in wires.items() if name != first.wire}
+    return first, *_wires_out(rest, time_s)
 
 
 def _without(failed: Sequence[FailedWire], rest: Sequence[str]) -> tuple[str, ...]:
     stroke = f"{rest[0]} alone, without the tilt" if len(rest) == 1 else f"the mean of {', '.join(rest)}"
+    others = f"{rest[0]} moves" if len(failed) + len(rest) == 2 else "others move"
     return tuple(
-        f"draw wire {one.wire} stands still from {one.from_s:.4g} s on while others move: broken or stuck; "
+        f"draw wire {one.wire} stands still from {one.from_s:.4g} s on while {others}: broken or stuck; "
         f"the stroke is {stroke}"
         for one in failed
     )
@@ -189,30 +179,6 @@ def _line(stroke_mm: FloatArray, difference_mm: FloatArray) -> tuple[float, floa
     centred += difference  # in place: fresh memory for what the line leaves would cost more than the sums
     remaining = max(float(np.max(centred)) - mean_difference, mean_difference - float(np.min(centred)))
     return mean_difference - slope * mean, slope, remaining
-
-
-def _wire_out(mean_mm: FloatArray, difference_mm: FloatArray) -> tuple[int, int] | None:
-    """Return which wire (1 or 2) stands still while the other moves, and the row from which on; or None."""
-    (mean, rows), (difference, _) = _blocks(mean_mm), _blocks(difference_mm)
-    wires = mean + 0.5 * difference, mean - 0.5 * difference
-    moved = [np.max(wire, axis=1) - np.min(wire, axis=1) for wire in wires]
-    one, two = moved
-    larger = np.maximum(one, two)
-    starts = rows * np.arange(len(mean))
-    tells = larger > max(LEAST_MOTION * float(np.max(larger)), LEAST_MOTION_MM)
-    for number, own, other in ((1, one, two), (2, two, one)):
-        still = tells & (own < STILL * other)
-        for row in starts[still].tolist():
-            # The stretch in which the wire went may hold some of its motion: it is out from there on.
-            if not _leaps(mean_mm, difference_mm, slice(row, row + rows), other=3 - number):
-                return number, row
-    return None
-
-
-def _leaps(mean_mm: FloatArray, difference_mm: FloatArray, part: slice, *, other: int) -> bool:
-    """Say whether what a wire moves by in a stretch is one step, as of a wire that slips, and no motion."""
-    sign = 0.5 if other == 1 else -0.5
-    return _is_a_step(mean_mm[part] + sign * difference_mm[part])
 
 
 def _blocks(column: FloatArray) -> tuple[FloatArray, int]:

@@ -23,6 +23,7 @@ from bufferstand.evaluation.report.content import (
 from bufferstand.evaluation.report.sections.evidence import number_of
 from bufferstand.evaluation.report.sections.verdicts import verdict_cell
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+from bufferstand.foundation.channels import STROKE_CHANNELS
 
 Entry = Mapping[str, Any]
 
@@ -34,12 +35,12 @@ _COMPARED = (
     *((entry.name, entry.label, entry.printed_unit) for entry in QUANTITIES if entry.shown.before_after),
 )
 _ZEROED = (
-    ("stroke_1", "Draw wire 1", "mm"),
-    ("stroke_2", "Draw wire 2", "mm"),
+    *((name, f"Draw wire {name.removeprefix('stroke_')}", "mm") for name in STROKE_CHANNELS),
     ("position", "Piston", "mm"),
     ("force", "Force", "kN"),
 )
-"""Channels whose zero is shown: name, label, unit."""
+"""Channels whose zero is shown: name, label, unit; a third and a fourth draw wire where it was zeroed."""
+_SOMETIMES = STROKE_CHANNELS[2:]
 _NO_U = "the channels state no accuracy"
 _FEW = "fewer than three complete cycles, or one of them is without this figure"
 _NONE_EVALUATED = "no cycle was evaluated"
@@ -80,26 +81,28 @@ def _zeros_table(source: ReportSource) -> Table | None:
             found.setdefault(json.dumps(zero, sort_keys=True, default=str), ([], zero))[0].append(run.number)
     if not found:
         return None
+    set_to_zero = {one["name"] for _, zero in found.values() for one in zero["channel"]}
+    shown = [one for one in _ZEROED if one[0] not in _SOMETIMES or one[0] in set_to_zero]
     return Table(
         "How the zero was set",
         (
             Column("Runs"),
             Column("By"),
             Column("Found (UTC)"),
-            *(Column(f"{label} ± U", unit) for _, label, unit in _ZEROED),
+            *(Column(f"{label} ± U", unit) for _, label, unit in shown),
         ),
-        tuple(_zero(numbers, zero) for numbers, zero in found.values()),
+        tuple(_zero(numbers, zero, [name for name, _, _ in shown]) for numbers, zero in found.values()),
         note="What the channels read at the zero; it is taken off. By touch: the piston creeps to a small "
         "force and back before the first stroke, and first contact is found from the samples. U holds noise, "
         "fit, resolution and what the channel states for its zero.",
     )
 
 
-def _zero(numbers: Sequence[int], zero: Entry) -> tuple[Cell, ...]:
+def _zero(numbers: Sequence[int], zero: Entry, names: Sequence[str]) -> tuple[Cell, ...]:
     channels = {one["name"]: one for one in zero["channel"]}
     how = {"touch": "touch", "tare": "tare at rest"}[zero["how"]]
     by = f"{how}, taken over" if zero["taken_over"] else how
-    read = [channels.get(name) for name, _, _ in _ZEROED]
+    read = [channels.get(name) for name in names]
     return (
         Cell(runs_text(numbers).partition(" ")[2]),
         Cell(by),

@@ -280,7 +280,8 @@ def _strokes(recorded: Recorded, draws: Draws | None) -> dict[str, Extreme]:
     samples = recorded.samples
     channel, out = "stroke", {one.wire for one in recorded.wires.out} if recorded.wires else set()
     if out:
-        wires = [name for name in STROKE_CHANNELS if name in samples.as_recorded] or STROKE_CHANNELS[:2]
+        known = samples.as_recorded.keys() | samples.ends.keys()
+        wires = [name for name in STROKE_CHANNELS if name in known] or STROKE_CHANNELS[:2]
         left = [name for name in wires if name not in out]
         channel = left[0] if len(left) == 1 else "stroke"
     ends = None if out and channel == "stroke" else samples.ends.get(channel)
