@@ -89,6 +89,7 @@ def test_so_has_the_zero_of_a_stand() -> None:
     assert all(math.isfinite(key.low) and math.isfinite(key.high) for key in numeric_keys(Zero))
 
 
+@pytest.mark.slow
 def test_texts_that_are_no_file_names_get_a_message(tmp_path: Path) -> None:
     files = Files(tmp_path)
     outcomes = []
@@ -164,6 +165,7 @@ def outcomes_of(what: str, folder: Path, of: slice) -> list[tuple[str, Outcome]]
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", COMMANDS)
 def test_a_sample_of_extreme_numbers_ends_in_no_bug(what: str, tmp_path: Path) -> None:
     found = outcomes_of(what, tmp_path, slice(3, None, 29))
