@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
 from bufferstand.evaluation.report.build import notices_of
-from bufferstand.evaluation.report.content import Content, Section, Texts, fixed, numbered
+from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
@@ -83,7 +83,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         data_section(whole),
         software_section(whole),
     ]
-    first_page = (_summary(sides, compared), *pictures[:1], *signatures(whole))
+    first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
     ends = [run.ended for run in whole.runs if run.ended is not None]
     return Content(

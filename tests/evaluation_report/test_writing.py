@@ -140,7 +140,7 @@ def test_without_typst_the_pdf_is_refused_with_the_remedy(
 ) -> None:
     monkeypatch.setitem(sys.modules, "typst", None)
     file = report.folder / "runs" / "04-h-20-20-c.h5"
-    with pytest.raises(BadInput, match=r"typst, which is not installed; install the extra"):
+    with pytest.raises(BadInput, match=r"typst, which is not installed; install it"):
         write_report(file, tmp_path, document=hand_made_document())
     assert not list(tmp_path.iterdir()), "a report is whole or not there"
 
