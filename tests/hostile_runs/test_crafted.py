@@ -7,13 +7,14 @@ import resource
 import warnings
 from pathlib import Path
 
+import h5py
 import pytest
 
 from bufferstand.cli.main import main
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.runfile import open_run
 from bufferstand.recording.runfile import reading_apart as apart
-from bufferstand.recording.runfile.reader_process import HEAD, ReaderServer
+from bufferstand.recording.runfile.reader_process import HEAD, ReaderServer, stamp_of
 from tests.hostile_runs.cases import ODD, REFUSED
 
 BAD_INPUT = 2
@@ -74,6 +75,28 @@ def test_what_the_reader_says_of_it(name: str, tmp_path: Path) -> None:
     if name == "good":
         assert first["faults"] == []
         assert first["inline"]
+
+
+def test_rows_are_of_the_file_that_was_opened(tmp_path: Path) -> None:
+    """A file that was changed meanwhile is refused; of another one that was asked for between, it is not."""
+    path, said = ODD["good"](tmp_path), tmp_path / "said"
+    rows = {"do": "column", "path": str(path), "place": "entry/controller/force", "rows": [3, 7]}
+    with said.open("wb") as stream:
+        server = ReaderServer(stream.fileno())
+        server.answer({"do": "open", "path": str(path), "numbers": False})
+        begin = stream.seek(0, 2)
+        server.answer({**rows, "stamp": stamp_of(path)})
+        ReaderServer(stream.fileno()).answer({**rows, "stamp": stamp_of(path)})
+        server.answer({**rows, "stamp": [1, 2, 3]})
+    frames = said.read_bytes()[begin:]
+    with h5py.File(path, locking=False) as tree:
+        wanted = (
+            HEAD.pack(b"J", 2) + b"{}" + HEAD.pack(b"D", 16) + tree["entry/controller/force"][3:7].tobytes()
+        )
+    assert frames.startswith(2 * wanted)
+    assert b"it was changed while it was in use" in frames[2 * len(wanted) :]
+    with pytest.raises(BadInput, match="cannot be read: No such file"):
+        stamp_of(tmp_path / "gone.h5")
 
 
 @pytest.mark.slow
