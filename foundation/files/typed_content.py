@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
-
-from pydantic import TypeAdapter, ValidationError
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.files.json_text import json_object
 from bufferstand.foundation.files.trees import out_of_form
+
+if TYPE_CHECKING:  # loaded when something is read: a command's help does without
+    from pydantic import TypeAdapter
 
 LARGEST = 1e15
 """No number that is kept of a campaign is larger: seconds, joules, counts."""
@@ -78,6 +79,8 @@ def of_type(kind: type[T], content: Any, largest: float = LARGEST) -> T:
     MistypedError
         If a value in it is missing, of another type, or a number that is too large.
     """
+    from pydantic import ValidationError  # noqa: PLC0415 - as above
+
     if (wrong := out_of_form(content, largest=largest)) is not None:
         raise MistypedError(f"{'.'.join(map(str, wrong.path))}: {wrong.problem}")
     try:
@@ -93,6 +96,8 @@ def of_type(kind: type[T], content: Any, largest: float = LARGEST) -> T:
 
 @cache
 def _adapter(kind: Any) -> TypeAdapter[Any]:
+    from pydantic import TypeAdapter  # noqa: PLC0415 - as above
+
     return TypeAdapter(kind)
 
 
