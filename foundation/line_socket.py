@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from bufferstand.foundation.files.json_text import json_content
+
 _LONGEST = 100
 
 
@@ -98,4 +100,4 @@ def exchange(path: Path, request: Mapping[str, object], *, timeout_s: float, lon
     with connected(path, timeout_s) as wire:
         wire.sendall(json.dumps(request).encode() + b"\n")
         with wire.makefile("rb") as lines:
-            return json.loads(lines.readline(longest))
+            return json_content(lines.readline(longest))

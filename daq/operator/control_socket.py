@@ -20,6 +20,7 @@ from typing import Any
 from bufferstand.daq.operator.notes import clean_note, signed_note
 from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
 from bufferstand.foundation import BadInput, bind_for_oneself, connected, exchange
+from bufferstand.foundation.files import json_content
 
 SOCKET_NAME = "control"
 WAIT_S = 5.0
@@ -120,7 +121,7 @@ def _reply(wire: socket.socket, request: StopRequest) -> dict[str, Any]:
         return {"ok": False, "text": "only the user who runs the campaign is heard"}
     try:
         with wire.makefile("rb") as lines:
-            message = json.loads(lines.readline(_LINE))
+            message = json_content(lines.readline(_LINE))
         by = clean_note(str(message["by"]))[:LONGEST_NAME] if message.get("by") else ""
         if "note" in message:
             request.note(signed_note(str(message["note"]), by))

@@ -9,7 +9,6 @@ is not known, and it is the root of the sum of squares: an upper bound.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,11 +21,15 @@ from bufferstand.evaluation.across_runs import UncertainValue, difference
 from bufferstand.evaluation.document import SCHEMA, version_text
 from bufferstand.evaluation.facts import SharedContributions, SharedErrors, shared_of
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.files import json_object
 from bufferstand.foundation.settings import read_text
 
 ROUNDING = 1e-12
 """Figures that differ by a smaller share have not moved."""
 _NOT_FIGURES = ("cycles_used",)
+
+LONGEST_EVALUATION = 1 << 30
+"""Bytes of an evaluation document: of ten thousand runs it has some 300 million."""
 
 
 class _Part(BaseModel):
@@ -202,11 +205,9 @@ def load_evaluation(path: Path) -> dict[str, Any]:
         If it is none.
     """
     remedy = "name what “bufferstand evaluate --json FILE” wrote"
-    try:
-        document = json.loads(read_text(path), parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"no JSON: {error}", file=path, remedy=remedy) from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+    text = read_text(path, LONGEST_EVALUATION)
+    document = json_object(text, path, remedy=remedy, most_values=LONGEST_EVALUATION)
+    if document.get("schema") != SCHEMA:
         raise BadInput(
             f"no evaluation of bufferstand (schema {SCHEMA})", file=path, place="schema", remedy=remedy
         )
@@ -217,10 +218,6 @@ def load_evaluation(path: Path) -> dict[str, Any]:
         place = ".".join(str(part) for part in first["loc"])
         raise BadInput(first["msg"], file=path, place=place, remedy=remedy) from None
     return document
-
-
-def _no_constant(name: str) -> float:
-    raise ValueError(f"{name} is no number of JSON")
 
 
 def compare_evaluations(

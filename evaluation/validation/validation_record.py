@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +13,8 @@ from bufferstand.evaluation.archive import Software, software
 from bufferstand.evaluation.validation.evaluate_sets import SetResult, evaluate_set, judge_results
 from bufferstand.evaluation.validation.standard_sets import StandardSet, hash_of_sets
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.files import content_hash
+from bufferstand.foundation.files import content_hash, json_object
+from bufferstand.foundation.settings import read_text
 
 SCHEMA = "bufferstand/validation/1"
 
@@ -157,18 +157,10 @@ def load_validation(path: Path) -> Mapping[str, Any]:
     BadInput
         If it cannot be read, is none, or its content is not what its hash says.
     """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"cannot be read: {error.strerror or error}", file=path) from None
-    except (ValueError, RecursionError):
-        document = None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise BadInput(
-            "is no validation record",
-            file=path,
-            remedy="make one: bufferstand validate --out DIR",
-        )
+    remedy = "make one: bufferstand validate --out DIR"
+    document = json_object(read_text(path), path, remedy=remedy)
+    if document.get("schema") != SCHEMA:
+        raise BadInput("is no validation record", file=path, remedy=remedy)
     content = {key: value for key, value in document.items() if key != "sha256"}
     try:
         whole = content_hash(content) == document.get("sha256")

@@ -19,8 +19,15 @@ class NotJson(ValueError):  # noqa: N818 - it names the fact
     """A text is no JSON that can be worked with; the text of the exception says why."""
 
 
-def json_content(text: str | bytes) -> Any:
+def json_content(text: str | bytes, most_values: int = MOST_VALUES) -> Any:
     """Return what a JSON text says.
+
+    Parameters
+    ----------
+    text : str or bytes
+        The JSON.
+    most_values : int
+        So many values it may have.
 
     Raises
     ------
@@ -40,14 +47,16 @@ def json_content(text: str | bytes) -> Any:
         raise
     except ValueError:  # Python's guard against numbers of thousands of digits
         raise NotJson(TOO_MANY_DIGITS[0]) from None
-    if (wrong := out_of_form(content, MOST_VALUES)) is not None:
+    if (wrong := out_of_form(content, most_values)) is not None:
         place = ".".join(map(str, wrong.path))
         raise NotJson(f"{place}: {wrong.problem}" if place else wrong.problem)
     return content
 
 
-def json_object(text: str | bytes, file: Path, *, place: str = "", remedy: str = "") -> dict[str, Any]:
-    """Return the object that a JSON text of a file is.
+def json_object(
+    text: str | bytes, file: Path, *, place: str = "", remedy: str = "", most_values: int = MOST_VALUES
+) -> dict[str, Any]:
+    """Return the object that a JSON text of a file is; ``most_values`` as of :func:`json_content`.
 
     Raises
     ------
@@ -55,7 +64,7 @@ def json_object(text: str | bytes, file: Path, *, place: str = "", remedy: str =
         If it is no JSON (:func:`json_content`), or no object.
     """
     try:
-        content = json_content(text)
+        content = json_content(text, most_values)
     except NotJson as error:
         raise BadInput(str(error), file=file, place=place, remedy=remedy) from None
     if not isinstance(content, dict):

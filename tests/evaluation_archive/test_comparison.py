@@ -123,10 +123,18 @@ def test_what_is_no_evaluation_is_refused_with_its_place(
     assert "bufferstand evaluate --json FILE" in caught.value.message()
 
 
-@pytest.mark.parametrize("text", ['{"schema": NaN}', "[" * 100_000])
-def test_what_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('{"schema": NaN}', "NaN is no number of JSON"),
+        ("[" * 100_000, "more than 32 tables and lists within one another"),
+        ("[]", "a JSON object is expected here"),
+        ("{", "not valid JSON"),
+    ],
+)
+def test_what_is_no_json_is_refused(tmp_path: Path, text: str, why: str) -> None:
     (tmp_path / "e.json").write_text(text)
-    with pytest.raises(BadInput, match="no JSON: "):
+    with pytest.raises(BadInput, match=why):
         load_evaluation(tmp_path / "e.json")
 
 

@@ -107,7 +107,7 @@ def test_the_record_cannot_be_altered_unseen(elastic: Path, tmp_path: Path) -> N
     with pytest.raises(BadInput, match="altered"):
         load_validation(path)
     path.write_text("[]", encoding="utf-8")
-    with pytest.raises(BadInput, match="no validation record"):
+    with pytest.raises(BadInput, match="a JSON object is expected here"):
         load_validation(path)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bufferstand.cli.options import FILE, FOLDER, out_option, warn
-from bufferstand.foundation import BadInput, ExitStatus
+from bufferstand.foundation import ExitStatus
+from bufferstand.foundation.files import json_object
+from bufferstand.foundation.settings import read_text
 
 if TYPE_CHECKING:
     from bufferstand.evaluation.validation import SetResult
@@ -74,12 +75,4 @@ def _shown(value: float | str) -> str:
 
 
 def _results(path: Path) -> Mapping[str, Any]:
-    try:
-        results = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise BadInput(f"cannot be read: {error.strerror or error}", file=path) from None
-    except (ValueError, RecursionError) as error:
-        raise BadInput(f"is no JSON: {error}", file=path) from None
-    if not isinstance(results, dict):
-        raise BadInput("is no object of results by id of the set", file=path)
-    return results
+    return json_object(read_text(path), path, remedy="it holds results by the id of the set")
