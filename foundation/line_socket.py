@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from bufferstand.foundation.files.json_text import json_content
+from bufferstand.foundation.files import json_content
 
 _LONGEST = 100
 

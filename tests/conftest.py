@@ -23,9 +23,11 @@ from tests.slow import SLOW
 
 mpl.use("Agg")
 
+# In the background, or by nohup, they are ignored; the programs under test are to be ended by them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # Run in the background of a script, which has it ignored: the programs under test are to be interrupted.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 settings.register_profile(
     "bufferstand",

@@ -195,6 +195,8 @@ class ThermometerKind(InstrumentKind[EntryT]):
 
     sensor_type: ClassVar[SensorType]
     """What its sensors are."""
+    wire_name: ClassVar[str] = ""
+    """Where the first such wire lies in the folder of a simulated stand's wires; empty: by its stream."""
 
     @abstractmethod
     def drivers(self, settings: EntryT, site: InstrumentSite) -> tuple[Sensor, ...]:

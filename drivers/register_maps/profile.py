@@ -6,6 +6,7 @@ Addresses are 0-based wire addresses, each table from 0 on.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -507,7 +508,7 @@ def load_profile(name: str, folder: Path | None = None) -> Profile:
     """
     if name.endswith(".toml"):
         path = (folder or Path()) / name
-        if not path.exists():
+        if not os.path.exists(path):  # noqa: PTH110 - also of a name that no file can have
             raise BadInput(f"there is no register profile {path}", remedy="mend the path")
     else:
         path = SHIPPED / f"{name}.toml"

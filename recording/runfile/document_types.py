@@ -48,7 +48,7 @@ _WITH_UNITS = ("run", "specimen", "step", "test", "limits", "zero", "event")
 _NOT_CHECKED_HERE = ("streams", "datasets")
 """Each has a check of its own."""
 _NEEDED: Mapping[str, tuple[str, ...]] = {
-    "zero": ("how", "found", "taken_over", "channel"),
+    "zero": ("how", "found", "channel"),
     "zero.channel[]": ("name", "unit", "value", "u"),
 }
 _HOW = ("touch", "tare")

@@ -17,6 +17,7 @@ import pytest
 
 from bufferstand.drivers.interfaces import MotionState
 from bufferstand.recording.runfile.file import open_run
+from bufferstand.recording.runfile.reading_apart import READER
 from bufferstand.recording.runfile.run import Run
 from tests.daq.killing import (
     LOADED,
@@ -152,6 +153,7 @@ def small_disk(folder: Path) -> Iterator[Path]:
     try:
         yield folder
     finally:
+        READER.close()  # it keeps the file that was read last
         subprocess.run(["umount", str(folder)], check=True)
 
 

@@ -81,7 +81,7 @@ def test_a_silent_sensor_is_named(tmp_path: Path) -> None:
 def test_each_answers_on_its_own_wire(tmp_path: Path) -> None:
     stand_file = load_stand(stand_with(tmp_path))
     with start_process(tmp_path / "stand.toml", directory=tmp_path / "run") as process:
-        assert process.served.instruments.keys() == {"amplifier", "amplifier_2", "sensor"}
+        assert process.served.instruments.keys() == {"amplifier", "amplifier_2", "sensor", "thermometers"}
         reached = with_endpoints(stand_file, process.served.endpoints())
         rows = check_stand(reached, WallClock(), watch_s=0.0)
     found = {(row.device, row.item): row for row in rows}

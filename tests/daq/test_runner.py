@@ -522,7 +522,7 @@ def test_a_folder_with_something_else_in_it_is_refused(tmp_path: Path, content: 
     case = Case(tmp_path)
     case.out.mkdir()
     (case.out / "campaign.json").write_text(content, encoding="utf-8")
-    with pytest.raises(BadInput, match="not a record of a campaign"):
+    with pytest.raises(BadInput, match=r"campaign\.json: .*; mend it, or choose another folder with --out"):
         case.run()
 
 

@@ -57,7 +57,8 @@ class ThermometerWire:
                 place="temperature",
                 remedy="leave them out of a stand that is simulated on its wires",
             )
-        self.place = (wire.path if folder is None else folder / device.stream).absolute()
+        name = device.kind.wire_name if device.stream == "thermometers" else ""
+        self.place = (wire.path if folder is None else folder / (name or device.stream)).absolute()
         """Where it is: the folder, or the serial device."""
         self._device: SimulatedThermometers = device.kind.simulated(
             device.settings, sensors, stand.faults, self.place

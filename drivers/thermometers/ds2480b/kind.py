@@ -26,6 +26,7 @@ class Ds2480bKind(Ds18b20Kind[Ds2480bSettings]):
     """A serial adapter with a DS2480B (DS9097U)."""
 
     name: ClassVar = "ds2480b"
+    wire_name: ClassVar = "onewire"
     settings: ClassVar = Ds2480bSettings
 
     def drivers(self, settings: Ds2480bSettings, site: InstrumentSite) -> tuple[Sensor, ...]:

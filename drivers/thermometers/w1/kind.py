@@ -26,6 +26,7 @@ class W1Kind(Ds18b20Kind[W1Settings]):
     """The kernel's 1-Wire folder."""
 
     name: ClassVar = "w1"
+    wire_name: ClassVar = "w1/devices"  # as below /sys/bus
     settings: ClassVar = W1Settings
 
     def drivers(self, settings: W1Settings, site: InstrumentSite) -> tuple[Sensor, ...]:

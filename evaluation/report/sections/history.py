@@ -101,7 +101,7 @@ def _zeros_table(source: ReportSource) -> Table | None:
 def _zero(numbers: Sequence[int], zero: Entry, names: Sequence[str]) -> tuple[Cell, ...]:
     channels = {one["name"]: one for one in zero["channel"]}
     how = {"touch": "touch", "tare": "tare at rest"}[zero["how"]]
-    by = f"{how}, taken over" if zero["taken_over"] else how
+    by = f"{how}, taken over" if zero.get("taken_over") else how
     read = [channels.get(name) for name in names]
     return (
         Cell(runs_text(numbers).partition(" ")[2]),

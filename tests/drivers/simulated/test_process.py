@@ -143,7 +143,7 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "run/endpoints.json").read_text(encoding="utf-8")) == {
         "host": "127.0.0.1",
         "port": served.port,
-        "w1_root": str(tmp_path / "run/wires/thermometers"),
+        "w1_root": str(tmp_path / "run/wires/w1/devices"),
         "speed": 1.0,
         "pid": running.pid,
         "controller_serial": None,
@@ -151,7 +151,7 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
         "faults_socket": str(tmp_path / "run/wires/faults"),
         "instruments": {
             "amplifier": str(tmp_path / "run/wires/amplifier"),
-            "thermometers": str(tmp_path / "run/wires/thermometers"),
+            "thermometers": str(tmp_path / "run/wires/w1/devices"),
         },
         "time_file": str(tmp_path / "run/wires/time"),
     }
