@@ -100,7 +100,7 @@ def continued(
         if rest > 0.0
         else np.empty(0)
     )
-    stroke = np.concatenate([[x for x, _ in beyond], last])
+    strokes = np.concatenate([[x for x, _ in beyond], last])
     loading = np.concatenate([[F for _, F in beyond], force * _growth(last / start, exponent)])
     if beyond:
         low, high = max(loading[-1] / margin, curves.loading_kN[-1]), loading[-1] * margin
@@ -110,7 +110,7 @@ def continued(
     return Continued(
         replace(
             curves,
-            stroke_mm=(*curves.stroke_mm, *stroke.tolist()),
+            stroke_mm=(*curves.stroke_mm, *strokes.tolist()),
             loading_kN=(*curves.loading_kN, *loading.tolist()),
             unloading_kN=(*curves.unloading_kN, *(share * loading).tolist()),
         ),

@@ -105,7 +105,8 @@ def _motion(drive: Drive) -> tuple[Floats, Floats]:
     fastest = np.zeros(int(drive.half.max()) + 1)
     np.maximum.at(fastest, half, speeds)
     moved = speeds > _STANDING_SHARE * fastest[half]
-    durations = np.bincount(half, weights=np.where(moved, dt, 0.0), minlength=fastest.size)
+    durations = np.zeros_like(fastest)
+    np.add.at(durations, half, np.where(moved, dt, 0.0))
     return speeds, durations[np.unique(drive.half)]
 
 
