@@ -56,7 +56,7 @@ def simulate_compiled(
         columns[at.HEAT],
         columns[at.WORK],
         columns[at.BAND],
-        model.warnings(float(T.min()), float(T.max())),
+        model.warnings_of(t, stroke, T),
     )
 
 

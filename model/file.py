@@ -13,6 +13,7 @@ from bufferstand.foundation.settings import (
     DURATION_S,
     FACTOR,
     FORCE_KN,
+    FREQUENCY_HZ,
     HEAT_CAPACITY_J_PER_K,
     HEAT_LOSS_W_PER_K,
     LENGTH_MM,
@@ -20,6 +21,7 @@ from bufferstand.foundation.settings import (
     PER_K,
     SHARE,
     SLOPE_KN_PER_MM,
+    SPEED_MM_PER_S,
     STIFFNESS_KN_PER_MM,
     TEMPERATURE_C,
     TIME_CONSTANT_S,
@@ -29,6 +31,7 @@ from bufferstand.foundation.settings import (
     parse_settings,
 )
 from bufferstand.model.curves import Curves
+from bufferstand.model.identified_range import Continuation, IdentifiedRange, StopSource
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 FORMAT = "bufferstand/spring-model"
@@ -112,6 +115,23 @@ class ViscousTable(Settings):
     """b: share that each decade of relaxation times from 1.6 ms to 1.6 s adds; 0 is no spectrum."""
 
 
+class IdentifiedTable(Settings):
+    """``[identified]``: in which range, and what the curves beyond it rest on. Temperatures: ``valid_C``."""
+
+    stroke_mm: Annotated[Numbers, LENGTH_MM] = Field(min_length=2, max_length=2)
+    """Least and largest stroke at which force was measured [mm]."""
+    speed_mm_per_s: Annotated[Numbers, SPEED_MM_PER_S] = Field(min_length=2, max_length=2)
+    """Mean speed of the slowest half stroke, and largest speed [mm/s]."""
+    frequency_Hz: Annotated[Numbers, FREQUENCY_HZ] = Field(min_length=2, max_length=2)
+    """One over twice the time of the slowest and of the fastest half stroke [Hz]."""
+    continuation: Continuation | None = None
+    """What the curves beyond the largest measured stroke rest on; none if they end there."""
+    loading_at_end_kN: Annotated[Numbers, FORCE_KN] | None = Field(default=None, min_length=2, max_length=2)
+    """Between which forces F_l at the end of continued curves lies [kN]."""
+    stop: StopSource = "assumed"
+    """Where the stiffness of the stop comes from."""
+
+
 class ModelFile(Settings):
     """A whole model file."""
 
@@ -120,6 +140,7 @@ class ModelFile(Settings):
     temperature: TemperatureTable = TemperatureTable()
     heat: HeatTable
     viscous: ViscousTable = ViscousTable()
+    identified: IdentifiedTable | None = None
 
 
 def load_model(path: str | Path) -> SpringModel:
@@ -146,9 +167,24 @@ def load_model(path: str | Path) -> SpringModel:
             ),
             heat=HeatBalance(**content.heat.model_dump()),
             viscous=ViscousBranch(**content.viscous.model_dump()),
+            identified=None if content.identified is None else _range_of(content.identified),
         )
     except BadInput as error:
         raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+
+
+def _range_of(table: IdentifiedTable) -> IdentifiedRange:
+    def ends(values: Numbers) -> tuple[float, float]:
+        return values[0], values[1]
+
+    return IdentifiedRange(
+        stroke_mm=ends(table.stroke_mm),
+        speed_mm_per_s=ends(table.speed_mm_per_s),
+        frequency_Hz=ends(table.frequency_Hz),
+        continuation=table.continuation,
+        loading_at_end_kN=None if table.loading_at_end_kN is None else ends(table.loading_at_end_kN),
+        stop=table.stop,
+    )
 
 
 def save_model(model: SpringModel, path: str | Path) -> None:
@@ -173,8 +209,11 @@ def save_model(model: SpringModel, path: str | Path) -> None:
         ("temperature", TemperatureTable.model_fields.keys()),
         ("heat", HeatTable.model_fields.keys()),
         ("viscous", ViscousTable.model_fields.keys()),
+        ("identified", IdentifiedTable.model_fields.keys()),
     ):
         part = getattr(model, name, None)
+        if name == "identified" and part is None:
+            continue  # nobody says: a file that older versions read, too
         values = table if isinstance(table, dict) else {key: getattr(part, key) for key in table}
         if values.get("spectrum_per_decade") == 0.0:
             del values["spectrum_per_decade"]  # no spectrum: a file that older versions read, too

@@ -129,8 +129,7 @@ def simulate(
         T, sensed, heat = _temperatures(model, t, history, temperature_C, ambient)
     force = history.force(model, T)
     work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(stroke))])
-    warnings = model.warnings(float(T.min()), float(T.max()))
-    return Simulation(force, T, sensed, heat, work, history.band, warnings)
+    return Simulation(force, T, sensed, heat, work, history.band, model.warnings_of(t, stroke, T))
 
 
 def force_history(

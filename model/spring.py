@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bufferstand.foundation import BadInput
 from bufferstand.model.curves import Curves
+from bufferstand.model.identified_range import IdentifiedRange
 from bufferstand.model.tables import BandTables
 
 NO_TIME = 1e-12
@@ -235,6 +236,13 @@ class SpringModel:
         How the figures were obtained.
     sense : str
         What positive stroke and force are of this specimen: ``compression`` (buffer) or ``extension``.
+    identified : IdentifiedRange, optional
+        Where it was identified; None if nobody says.
+
+    Raises
+    ------
+    BadInput
+        If the curves end before the stroke at which the model was identified.
     """
 
     name: str
@@ -244,6 +252,11 @@ class SpringModel:
     viscous: ViscousBranch = ViscousBranch()
     origin: str = ""
     sense: Literal["compression", "extension"] = "compression"
+    identified: IdentifiedRange | None = None
+
+    def __post_init__(self) -> None:
+        if self.identified is not None:
+            self.identified.check(self.curves)
 
     def width_scale(self, temperature_C: ArrayLike) -> NDArray[np.float64]:
         """Return e = 1 - c_eta (T - T_ref), between 0 and what leaves F_u >= 0; same shape."""
@@ -260,6 +273,23 @@ class SpringModel:
                 "passive on these curves, whose transition changes too fast there"
             )
         return tuple(sentence for sentence in found if sentence is not None)
+
+    def warnings_of(
+        self,
+        time_s: NDArray[np.float64],
+        stroke_mm: NDArray[np.float64],
+        temperature_C: NDArray[np.float64],
+    ) -> tuple[str, ...]:
+        """Return what must be known of figures along a history of strokes and temperatures, shape (n,)."""
+        found = self.warnings(float(temperature_C.min()), float(temperature_C.max()))
+        if self.identified is None:
+            return found
+        return (*found, *self.identified.warnings(self.curves, time_s, stroke_mm))
+
+    @property
+    def statements(self) -> tuple[str, ...]:
+        """Where the model was identified and what stands beyond, in words; empty if nobody says."""
+        return () if self.identified is None else self.identified.statements(self.curves)
 
     @cached_property
     def tables(self) -> BandTables:

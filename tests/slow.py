@@ -133,6 +133,7 @@ SLOW = (
     "tests/model/test_train.py",
     "tests/model_export/test_build.py",
     "tests/model_export/test_fmu.py",
+    "tests/model_export/test_full_stroke.py",
     "tests/model_export/test_library.py",
     "tests/monitor/test_browser.py",
     "tests/peers/",

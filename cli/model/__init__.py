@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.cli.model.runs import (
         MeasuredRun,
+        beyond_the_runs,
         read_runs,
         settings_of,
         sittings,
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MeasuredRun",
+    "beyond_the_runs",
     "picture_comparison",
     "picture_simulation",
     "picture_warming",

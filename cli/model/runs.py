@@ -15,6 +15,7 @@ from bufferstand.evaluation.figures.model_comparison import AT_CONTACT_MM, KINDS
 from bufferstand.evaluation.loading import load_run
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.specimen import load_specimen
 from bufferstand.model.identification import Drive, FitSettings, join
 from bufferstand.recording.finding import list_runs
 
@@ -107,6 +108,53 @@ def settings_of(runs: Sequence[MeasuredRun], name: str | None = None) -> FitSett
         sense="extension" if specimen.get("kind") == "draw-gear" else "compression",
         origin=f"Identified from {len(runs)} runs: {', '.join(run.path.stem for run in runs)}.",
     )
+
+
+def beyond_the_runs(
+    settings: FitSettings, runs: Sequence[MeasuredRun], specimen_file: Path | None
+) -> FitSettings:
+    """Return settings with what is known of the specimen beyond its runs: full stroke, the maker's curve.
+
+    Parameters
+    ----------
+    settings : FitSettings
+    runs : sequence of MeasuredRun
+        Their own specimen's ``max_stroke_mm`` is the full stroke.
+    specimen_file : Path, optional
+        Has the points of a catalogue, and the full stroke of runs that do not state it.
+
+    Raises
+    ------
+    BadInput
+        If the runs contradict each other or the file, the file cannot be read, or it is of another specimen.
+    """
+    strokes = {float(s) for run in runs if (s := run.facts.specimen.get("max_stroke_mm")) is not None}
+    if specimen_file is not None:
+        content = load_specimen(specimen_file)
+        known = runs[0].facts.specimen.get("id")
+        if known is not None and content.specimen.id != known:
+            raise BadInput(
+                f"is of the specimen {content.specimen.id}, the runs are of {known}",
+                file=specimen_file,
+                place="specimen.id",
+                remedy="give the file of the specimen that was tested",
+            )
+        if content.specimen.max_stroke_mm is not None:
+            strokes.add(content.specimen.max_stroke_mm)
+        if content.catalogue is not None:
+            settings = replace(
+                settings,
+                catalogue_points=content.catalogue.points,
+                catalogue_margin=content.catalogue.force_margin,
+            )
+    if len(strokes) > 1:
+        raise BadInput(
+            f"the specimen's full stroke is stated as {' and '.join(f'{s:g}' for s in sorted(strokes))} mm",
+            file=specimen_file or runs[0].path,
+            place="specimen.max_stroke_mm",
+            remedy="leave out what states it wrongly",
+        )
+    return replace(settings, full_stroke_mm=min(strokes, default=None))
 
 
 def sittings(runs: Sequence[MeasuredRun], *, chain: bool = False) -> list[Drive]:

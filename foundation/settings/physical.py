@@ -16,6 +16,7 @@ LENGTH_SCALE_MM = Within(1e-6, 1e6, "a nanometre is less than any spring shows, 
 STIFFNESS_KN_PER_MM = Within(1e-6, 1e6, "the frame of a stand has some 1000 kN/mm, and a spring less")
 SLOPE_KN_PER_MM = Within(0.0, 1e6, "the frame of a stand has some 1000 kN/mm, and a spring less")
 SPEED_MM_PER_S = Within(0.0, 100_000.0, "no vehicle runs onto its buffers at 100 m/s")
+FREQUENCY_HZ = Within(0.0, 10_000.0, "no stand or vehicle moves a buffer at 10 kHz")
 SPEED_KM_H = Within(0.0, 360.0, "no vehicle runs onto its buffers at 100 m/s")
 TEMPERATURE_C = Within(-100.0, 300.0, "no spring of elastomer, rubber or steel is tested beyond")
 DURATION_S = Within(0.0, 3.2e7, "a year is longer than any test")

@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 import textwrap
 from importlib.resources import files
+from math import isfinite
 from pathlib import Path
 
 from bufferstand.foundation.files import write_text
 from bufferstand.model.export.losses import C_SOURCE
+from bufferstand.model.export.options import FmuOptions
+from bufferstand.model.export.variables import range_rows
 from bufferstand.model.spring import SpringModel
 
 _EXAMPLE = """\
@@ -82,13 +85,16 @@ def _header(model: SpringModel, prefix: str) -> str:
         "stop_kN_per_mm": model.curves.stop_stiffness_kN_per_mm,
     }
     guard = f"{prefix.upper()}_H"
-    said = [model.name, *textwrap.wrap(model.origin, 104), *(f"Lost: {sentence}" for sentence in C_SOURCE)]
+    said = [model.name, *textwrap.wrap(model.origin, 104)]
+    said += [line for sentence in model.statements for line in textwrap.wrap(f"Range: {sentence}", 104)]
+    said += [f"Lost: {sentence}" for sentence in C_SOURCE]
     comment = "\n".join(f" * {line}".rstrip() for line in said).replace("*/", "* /")
     return "\n".join(
         [
             core,
             f"/*\n{comment}\n */",
             f"#ifndef {guard}\n#define {guard}\n",
+            *_range(model, prefix),
             f"static const bs_cell {prefix}_cells[{len(rows)}] = {{",
             *("    {" + ", ".join(map(repr, row)) + "}," for row in rows),
             "};",
@@ -102,3 +108,13 @@ def _header(model: SpringModel, prefix: str) -> str:
             "",
         ]
     )
+
+
+def _range(model: SpringModel, prefix: str) -> list[str]:
+    """Return the range in which the model was identified as macros, those that somebody states."""
+    options = FmuOptions(units="mm-kN")
+    return [
+        f"#define {prefix.upper()}_{name.upper()} {float(value)!r} /* {text} */"
+        for name, text, _, value in range_rows(model, options)
+        if isfinite(value)
+    ]

@@ -29,6 +29,7 @@ _UNITS: dict[str, dict[str, str]] = {
     "W/K": {"kg": "1", "m": "2", "s": "-3", "K": "-1"},
     "degC": {"K": "1", "offset": "273.15"},
     "1/K": {"K": "-1"},
+    "Hz": {"s": "-1"},
     "s": {"s": "1"},
 }
 _ABILITIES = {
@@ -107,6 +108,8 @@ def page(model: SpringModel, found: tuple[Variable, ...], options: FmuOptions, n
     sense = "extension" if model.sense == "extension" else "compression"
     sign = "negative" if options.inverted(model) else "positive"
     lost = "".join(f"<li>{html.escape(sentence)}</li>\n" for sentence in (*FMU, *notes))
+    stated = "".join(f"<li>{html.escape(sentence)}</li>\n" for sentence in model.statements)
+    known = f"<h2>Where it was identified</h2>\n<ul>\n{stated}</ul>\n" if stated else ""
     return (
         "<!DOCTYPE html>\n"
         f'<html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.name)}</title></head><body>\n'
@@ -114,7 +117,7 @@ def page(model: SpringModel, found: tuple[Variable, ...], options: FmuOptions, n
         f"<p>Loading is {sense}; stroke and force are {sign} then (parameter sign_inverted). "
         f"Stroke 0 is first contact; the tables end at {model.curves.end_mm:g} mm. "
         "model.toml beside this page is the model itself.</p>\n"
-        f"<h2>What is lost</h2>\n<ul>\n{lost}</ul>\n"
+        f"{known}<h2>What is lost</h2>\n<ul>\n{lost}</ul>\n"
         "<h2>Variables</h2>\n<table>\n"
         f"<tr><th>name</th><th>causality</th><th>unit</th><th>start</th><th>meaning</th></tr>\n{rows}</table>\n"
         "</body></html>\n"
@@ -133,7 +136,7 @@ def _variables(parent: ET.Element, found: tuple[Variable, ...]) -> None:
         }
         if v.start is None:
             attributes["initial"] = "calculated"
-        elif v.causality == "parameter":
+        elif v.causality == "parameter" or v.variability == "constant":
             attributes["initial"] = "exact"
         value: dict[str, str] = {}
         if v.unit:

@@ -18,7 +18,7 @@ import numpy as np
 from bufferstand.foundation import BadInput
 from bufferstand.model.export.description import IDENTIFIER, model_description, page
 from bufferstand.model.export.options import FmuOptions
-from bufferstand.model.export.variables import Variable, start_values, variables
+from bufferstand.model.export.variables import Variable, range_rows, start_values, variables
 from bufferstand.model.file import save_model
 from bufferstand.model.spring import SpringModel
 
@@ -80,16 +80,15 @@ def export_fmu(model: SpringModel, path: Path, options: FmuOptions | None = None
 
 def spring_table(model: SpringModel, options: FmuOptions, found: tuple[Variable, ...], guid: str) -> bytes:
     """Return ``resources/spring.bin``; its layout stands in ``c/bufferstand_spring_resource.h``."""
-    tables, law = model.tables, model.temperature
-    low, high = law.valid_C or (-np.inf, np.inf)
-    scale = tables.width_scale_max
-    head = [tables.step_mm, tables.end_mm, scale, law.reference_C, low, high]
+    tables = model.tables
+    head = [tables.step_mm, tables.end_mm, tables.width_scale_max, model.temperature.reference_C]
     head += [options.mm_per_stroke, options.force_per_kN]
+    head += [value for *_, value in range_rows(model, options)]
     for values in start_values(found):
         head += values
     body = guid.encode("ascii").ljust(40, b"\0")
     body += np.concatenate([np.array(head), tables.columns().ravel()]).astype("<f8").tobytes()
-    return b"BSSPRNG1" + struct.pack("<IIII", 0x01020304, len(tables.A) - 1, zlib.crc32(body), 0) + body
+    return b"BSSPRNG2" + struct.pack("<IIII", 0x01020304, len(tables.A) - 1, zlib.crc32(body), 0) + body
 
 
 def _members(model: SpringModel, options: FmuOptions, notes: tuple[str, ...]) -> Mapping[str, bytes]:

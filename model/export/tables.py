@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -138,6 +138,7 @@ def _head(model: SpringModel, title: str, lost: Sequence[str]) -> list[str]:
     return [
         as_cell(f"# {' '.join(model.name.split())}: {title}"),
         f"# Loading ({sense}) positive, stroke 0 is first contact; stop beyond the tables: {stop:g} kN/mm",
+        *(f"# Range: {sentence}" for sentence in model.statements),
         *(f"# Lost: {sentence}" for sentence in lost),
     ]
 
@@ -174,6 +175,7 @@ def _json(model: SpringModel, found: Sequence[SlowTable]) -> str:
         "lost": list(TABLES),
         "stop_stiffness_kN_per_mm": model.curves.stop_stiffness_kN_per_mm,
         "reference_C": model.temperature.reference_C,
+        "identified": _identified(model),
         "tables": [
             {"temperature_C": table.temperature_C}
             | {
@@ -184,6 +186,14 @@ def _json(model: SpringModel, found: Sequence[SlowTable]) -> str:
         ],
     }
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _identified(model: SpringModel) -> dict[str, object] | None:
+    """Return where the model was identified and what stands beyond, by the names of the model file."""
+    known = model.identified
+    if known is None:
+        return None
+    return {**asdict(known), "valid_C": model.temperature.valid_C, "curves_end_mm": model.curves.end_mm}
 
 
 def _fancher(model: SpringModel) -> str:

@@ -5,6 +5,7 @@ Value references are those of the ``enum`` in ``c/bufferstand_spring_fmu.c``.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -51,7 +52,12 @@ class Variable:
 
 def variables(model: SpringModel, options: FmuOptions) -> tuple[Variable, ...]:
     """Return all variables of a spring's FMU in their order in the description."""
-    return (*_signals(options), *_parameters(model, options), *_switches(model, options))
+    return (
+        *_signals(options),
+        *_parameters(model, options),
+        *_range(model, options),
+        *_switches(model, options),
+    )
 
 
 def start_values(found: tuple[Variable, ...]) -> tuple[list[float], list[float]]:
@@ -124,6 +130,45 @@ def _parameters(model: SpringModel, options: FmuOptions) -> list[Variable]:
             start,
         )
         for k, (name, text, unit, start) in enumerate(rows)
+    ]
+
+
+def range_rows(model: SpringModel, options: FmuOptions) -> list[tuple[str, str, str, float]]:
+    """Return name, meaning, unit and value of what says where the model was identified; infinite: unknown.
+
+    In the order of the C side's ``bs_resource.range``.
+    """
+    length, rate, force = ("m", "m/s", "N") if options.units == "SI" else ("mm", "mm/s", "kN")
+    speed = rate.replace("/", "_per_")
+    known, endless = model.identified, (-math.inf, math.inf)
+    stroke = endless if known is None else known.stroke_mm
+    fast = endless if known is None else known.speed_mm_per_s
+    frequency = endless if known is None else known.frequency_Hz
+    low_C, high_C = model.temperature.valid_C or endless
+    bounds = (known.loading_at_end_kN if known is not None else None) or endless
+    full = math.inf if known is None else model.curves.end_mm
+    mm, kN = options.mm_per_stroke, options.force_per_kN
+    return [
+        (f"identified_stroke_min_{length}", "least measured stroke", length, stroke[0] / mm),
+        (f"identified_stroke_max_{length}", "largest measured stroke", length, stroke[1] / mm),
+        (f"identified_rate_min_{speed}", "mean rate of the slowest half stroke", rate, fast[0] / mm),
+        (f"identified_rate_max_{speed}", "largest stroke rate of the runs", rate, fast[1] / mm),
+        ("identified_frequency_min_Hz", "of the slowest half stroke of the runs", "Hz", frequency[0]),
+        ("identified_frequency_max_Hz", "of the fastest half stroke of the runs", "Hz", frequency[1]),
+        ("identified_temperature_min_C", "lowest temperature of the runs", "degC", low_C),
+        ("identified_temperature_max_C", "highest temperature of the runs", "degC", high_C),
+        (f"curves_end_{length}", "where the stop begins", length, full / mm),
+        (f"loading_at_end_min_{force}", "least force of the continued loading curve", force, bounds[0] * kN),
+        (f"loading_at_end_max_{force}", "largest force of the continued curve", force, bounds[1] * kN),
+    ]
+
+
+def _range(model: SpringModel, options: FmuOptions) -> list[Variable]:
+    first = 10 + len(_parameters(model, options))
+    return [
+        Variable(name, "Real", first + k, "local", "constant", text, unit, value)
+        for k, (name, text, unit, value) in enumerate(range_rows(model, options))
+        if math.isfinite(value)
     ]
 
 

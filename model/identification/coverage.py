@@ -6,12 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.problem import Problem
 from bufferstand.model.identification.response import Answer
 
 _DEEP_SHARE = 0.25
 _INNER_SHARE = 0.5
+_STANDING_SHARE = 0.02
+"""Below this share of its half stroke's largest speed the spring stands."""
+
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,11 @@ class CoverageFacts:
     warming_K, cooling_K : float
         Largest rise, and largest fall, of the temperature within one experiment.
     speed_mm_per_s : tuple of float
-        Slowest and fastest half stroke, by mean speed.
+        Slowest and fastest half stroke, by mean speed; rests do not count.
+    peak_speed_mm_per_s : float
+        Largest speed between two nodes.
+    frequency_Hz : tuple of float
+        One over twice the time of the slowest and of the fastest half stroke.
     same_path_speeds : float
         Largest ratio of speeds between half strokes of about the same ends: what shows a rate effect.
     inner_loops : int
@@ -43,6 +53,8 @@ class CoverageFacts:
     warming_K: float
     cooling_K: float
     speed_mm_per_s: tuple[float, float]
+    peak_speed_mm_per_s: float
+    frequency_Hz: tuple[float, float]
     same_path_speeds: float
     inner_loops: int
     stroke_mm: float
@@ -51,20 +63,21 @@ class CoverageFacts:
 
 def facts_of(problem: Problem, answers: Sequence[Answer]) -> CoverageFacts:
     """Return what the experiments of a problem cover, temperatures by the fitted model."""
-    temperatures, warming, cooling, halves = [], 0.0, 0.0, []
+    temperatures, warming, cooling, halves, peak = [], 0.0, 0.0, [], 0.0
     top = max(float(np.max(e.drive.stroke_mm)) for e in problem.experiments)
     for experiment, given in zip(problem.experiments, answers, strict=True):
         drive, T = experiment.drive, given.temperature_C
         temperatures.append(T[drive.node[experiment.used]])
         warming = max(warming, float(np.max(T - np.minimum.accumulate(T))))
         cooling = max(cooling, float(np.max(np.maximum.accumulate(T) - T)))
+        speeds, took = _motion(drive)
+        peak = max(peak, float(np.max(speeds)))
         first = np.flatnonzero(np.diff(drive.half, prepend=-1))
         last = np.append(first[1:], drive.half.size - 1)
         way = np.abs(drive.stroke_mm[last] - drive.stroke_mm[first])
-        took = drive.time_s[last] - drive.time_s[first]
         low = np.minimum(drive.stroke_mm[last], drive.stroke_mm[first])
         moving = (way > 1.0) & (took > 0.0)
-        halves.append(np.stack([low, way, way / np.maximum(took, 1e-9)], axis=1)[moving])
+        halves.append(np.stack([low, way, way / np.maximum(took, 1e-9), took], axis=1)[moving])
     all_T, table = np.concatenate(temperatures), np.concatenate(halves)
     return CoverageFacts(
         temperature_C=(float(all_T.min()), float(all_T.max())),
@@ -72,6 +85,8 @@ def facts_of(problem: Problem, answers: Sequence[Answer]) -> CoverageFacts:
         warming_K=warming,
         cooling_K=cooling,
         speed_mm_per_s=(float(table[:, 2].min()), float(table[:, 2].max())),
+        peak_speed_mm_per_s=peak,
+        frequency_Hz=(0.5 / float(table[:, 3].max()), 0.5 / float(table[:, 3].min())),
         same_path_speeds=_speed_ratio(table),
         inner_loops=int(np.count_nonzero((table[:, 0] > 0.1 * top) & (table[:, 1] < _INNER_SHARE * top))),
         stroke_mm=top,
@@ -79,10 +94,26 @@ def facts_of(problem: Problem, answers: Sequence[Answer]) -> CoverageFacts:
     )
 
 
+def _motion(drive: Drive) -> tuple[Floats, Floats]:
+    """Return the speed from each node to the next, and how long each half stroke moves [s].
+
+    A rest at either end of a half stroke is none of it.
+    """
+    dt, dx = np.diff(drive.time_s), np.abs(np.diff(drive.stroke_mm))
+    speeds = np.divide(dx, dt, out=np.zeros_like(dx), where=dt > 0.0)
+    half = drive.half[1:]
+    fastest = np.zeros(int(drive.half.max()) + 1)
+    np.maximum.at(fastest, half, speeds)
+    moved = speeds > _STANDING_SHARE * fastest[half]
+    durations = np.zeros_like(fastest)
+    np.add.at(durations, half, np.where(moved, dt, 0.0))
+    return speeds, durations[np.unique(drive.half)]
+
+
 def _speed_ratio(halves: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
     """Return the largest ratio of speeds among half strokes whose ends agree within a tenth of their way."""
     largest = 1.0
-    for low, way, speed in halves:
+    for low, way, speed, _ in halves:
         alike = (np.abs(halves[:, 0] - low) < 0.1 * way) & (np.abs(halves[:, 1] - way) < 0.1 * way)
         largest = max(largest, float(np.max(halves[alike, 2])) / float(speed))
     return largest

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bufferstand.model.curves import Curves
 from bufferstand.model.identification.laws import LAWS, NAMES
+from bufferstand.model.identified_range import IdentifiedRange
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
 Floats = NDArray[np.float64]
@@ -123,8 +124,13 @@ def model_of(
     vector: Floats,
     curves: Curves | None = None,
     valid_C: tuple[float, float] | None = None,
+    identified: IdentifiedRange | None = None,
 ) -> SpringModel:
-    """Return the spring model of a vector; ``curves``, if they are known to be those of the vector."""
+    """Return the spring model of a vector.
+
+    ``curves``, if they are known to be those of the vector, or go on beyond them; ``valid_C`` and
+    ``identified`` say where it was identified, if that is to be in the model.
+    """
     value = {law.name: law.to_value(float(vector[frame.place(law.name)])) for law in LAWS}
     return SpringModel(
         name=frame.name,
@@ -146,4 +152,5 @@ def model_of(
             sensor_gain=frame.sensor_gain,
         ),
         viscous=ViscousBranch(beta=value["beta"], tau_s=value["tau_s"]),
+        identified=identified,
     )

@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
+from bufferstand.model.curves import Curves
+from bufferstand.model.identification.continuation import Continued, continued
 from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.fitting import (
     Estimate,
     Solution,
+    curve_spread,
     estimates,
     freeze,
     identified,
     solve,
 )
 from bufferstand.model.identification.laws import LAWS, NAMES
-from bufferstand.model.identification.parameters import FixedParts, model_of
+from bufferstand.model.identification.parameters import FixedParts, curves_of, model_of
 from bufferstand.model.identification.problem import Experiment, Problem
 from bufferstand.model.identification.starting import knots_of, start_vector
 from bufferstand.model.identification.validation import CycleCheck, check_cycles, cycles_of, quality
+from bufferstand.model.identified_range import IdentifiedRange
 from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
@@ -53,6 +57,14 @@ class FitSettings:
         Parameters that are not to be identified.
     hold_out : bool
         Cross-validate on held-out cycles (one more fit).
+    full_stroke_mm : float, optional
+        The specimen's own stroke, to which the curves are continued; without it they end with the runs.
+    catalogue_points : tuple of (float, float)
+        Stroke [mm] and force [kN] of the maker's loading curve; those beyond the runs are taken.
+    catalogue_margin : float
+        Factor by which the maker's curve and the spring may differ.
+    stop_stiffness_kN_per_mm : float, optional
+        Of the stop beyond the curves; the model file's default is assumed if not given.
     name, sense, origin : str
         For the model file.
     """
@@ -62,6 +74,10 @@ class FitSettings:
     contact_ramp_mm: float = 0.2
     without: tuple[str, ...] = ()
     hold_out: bool = True
+    full_stroke_mm: float | None = None
+    catalogue_points: tuple[tuple[float, float], ...] = ()
+    catalogue_margin: float = 1.15
+    stop_stiffness_kN_per_mm: float | None = None
     name: str = "identified spring"
     sense: str = "compression"
     origin: str = ""
@@ -165,10 +181,12 @@ def _frame(drives: Sequence[Drive], how: FitSettings) -> FixedParts:
     reference = how.reference_C
     if reference is None:
         reference = 25.0 if low - 0.5 <= 25.0 <= high + 0.5 else round(0.5 * (low + high), 1)
+    stop = how.stop_stiffness_kN_per_mm
     return FixedParts(
         knots_mm=knots_of(drives, how.knots),
         reference_C=reference,
         contact_ramp_mm=how.contact_ramp_mm,
+        stop_stiffness_kN_per_mm=Curves.stop_stiffness_kN_per_mm if stop is None else stop,
         name=how.name,
         sense="extension" if how.sense == "extension" else "compression",
         origin=how.origin,
@@ -256,13 +274,21 @@ def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettin
     )
     coldest, warmest = facts.temperature_C
     valid_C = (math.floor(10.0 * coldest) / 10.0, math.ceil(10.0 * warmest) / 10.0)
-    model = model_of(problem.frame, vector, valid_C=valid_C)
+    longer = _continued(solution, how)
+    curves = curves_of(problem.frame, vector) if longer is None else longer.curves
+    identified_in = _range(facts, problem.frame, longer, how)
+    model = model_of(problem.frame, vector, curves, valid_C, identified_in)
     checks = tuple(
         check
         for experiment, given in zip(problem.experiments, answers, strict=True)
         for check in check_cycles(experiment, given)
     )
-    notes = [*quality(solution, checks), *model.warnings(*facts.temperature_C)]
+    notes = [*quality(solution, checks), *model.warnings(*facts.temperature_C), *model.statements[1:]]
+    if how.full_stroke_mm is None:
+        notes.append(
+            "no run states the specimen's full stroke (max_stroke_mm): the curves end at "
+            f"{curves.end_mm:.4g} mm, where the runs end, and the stop stands there"
+        )
     found = estimates(solution)
     notes += [
         f"{e.name} lies at the end of what was allowed ({abs(round(e.value, 9)):.4g} {e.unit})"
@@ -270,3 +296,37 @@ def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettin
         if e.at_bound and e.identified
     ]
     return Identification(model, solution, tuple(found), unknown, facts, checks, held_out, tuple(notes))
+
+
+def _continued(solution: Solution, how: FitSettings) -> Continued | None:
+    """Return the curves to the specimen's full stroke, if that is known and the runs end before it."""
+    if how.full_stroke_mm is None:
+        return None
+    curves = curves_of(solution.problem.frame, solution.vector)
+    _, (deviation, _) = curve_spread(solution)
+    return continued(curves, deviation, how.full_stroke_mm, how.catalogue_points, how.catalogue_margin)
+
+
+def _range(
+    facts: CoverageFacts, frame: FixedParts, longer: Continued | None, how: FitSettings
+) -> IdentifiedRange:
+    """Return where the model was identified; speeds and frequencies rounded outwards to two digits."""
+    return IdentifiedRange(
+        stroke_mm=(frame.knots_mm[0], frame.knots_mm[-1]),
+        speed_mm_per_s=(
+            _outwards(facts.speed_mm_per_s[0], math.floor),
+            _outwards(facts.peak_speed_mm_per_s, math.ceil),
+        ),
+        frequency_Hz=(
+            _outwards(facts.frequency_Hz[0], math.floor),
+            _outwards(facts.frequency_Hz[1], math.ceil),
+        ),
+        continuation=None if longer is None else longer.kind,
+        loading_at_end_kN=None if longer is None else longer.loading_at_end_kN,
+        stop="assumed" if how.stop_stiffness_kN_per_mm is None else "given",
+    )
+
+
+def _outwards(value: float, rounded: Callable[[float], int]) -> float:
+    digits = 1 - math.floor(math.log10(value))
+    return round(rounded(value * 10.0**digits) / 10.0**digits, max(digits, 0))

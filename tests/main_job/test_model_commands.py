@@ -45,7 +45,11 @@ def test_fit_writes_a_model_and_a_campaign_that_plan_takes(tmp_path: Path) -> No
         *("--specimen", SAMPLES / "specimens" / "category-a-elastomer.toml"),
     )
     assert done.returncode == 0, done.stderr
-    assert load_model(tmp_path / "m.toml").curves.end_mm == pytest.approx(63.5, abs=0.2)
+    model = load_model(tmp_path / "m.toml")
+    assert model.identified.stroke_mm[1] == pytest.approx(63.5, abs=0.2)
+    assert model.curves.end_mm == 105.0  # the specimen's max_stroke_mm
+    assert "from 63.5 to 105 mm the curves are continued by their own shape, not measured" in done.stderr
+    assert "stop of 500 kN/mm (assumed, not measured)" in done.stderr
     assert "Not told by these runs:" in done.stdout
     planned = bufferstand("plan", tmp_path / "more.toml")
     assert planned.returncode == 0, planned.stderr

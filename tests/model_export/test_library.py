@@ -292,7 +292,7 @@ class TestResources:
 
         content = exported(**MM)[1]
         whole = (content / "resources" / "spring.bin").read_bytes()
-        for place, value in ((64, 0.0), (64 + 8, float("nan")), (64 + 8 * 26, -1.0), (64 + 8 * 30, 1e-9)):
+        for place, value in ((64, 0.0), (64 + 8, float("nan")), (64 + 8 * 35, -1.0), (64 + 8 * 39, 1e-9)):
             body = bytearray(whole[24:])
             body[place - 24 : place - 16] = np.float64(value).tobytes()
             head = whole[:16] + zlib.crc32(body).to_bytes(4, "little") + whole[20:24]

@@ -60,13 +60,14 @@ def command(
     runs = read_runs(paths, ambient_C)
     answers = [_answer(model, run, temperature_C, isothermal) for run in runs]
     checks = [check_run(run.drive, given) for run, given in zip(runs, answers, strict=True)]
+    told: dict[str, str] = {}
     _show_runs(runs, checks)
     show_cycles("Cycles", [cycle for check in checks for cycle in check.cycles])
-    for sentence in model.warnings(
-        min(float(given.temperature_C.min()) for given in answers),
-        max(float(given.temperature_C.max()) for given in answers),
-    ):
-        warn(sentence)
+    for run, given in zip(runs, answers, strict=True):
+        for sentence in model.warnings_of(run.drive.time_s, run.drive.stroke_mm, given.temperature_C):
+            told.setdefault(sentence, run.path.stem)
+    for sentence, name in told.items():
+        warn(f"{name}: {sentence}")
     if out is not None:
         _write_pictures(model, runs, answers, out, kind)
     return ExitStatus.DONE

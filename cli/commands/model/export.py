@@ -82,5 +82,7 @@ def command(
     reference = spring.temperature.reference_C
     for note in spring.warnings(min((reference, *temperatures)), max((reference, *temperatures))):
         warn(note)
+    for sentence in spring.statements:
+        warn(sentence)
     for path in written:
         click.echo(path)

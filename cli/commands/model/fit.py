@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, SPRING_C, warn
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn
 from bufferstand.foundation import BadInput, ExitStatus, program
 from bufferstand.foundation.files import write_text
 from bufferstand.model.identification import NAMES
@@ -34,7 +34,8 @@ from bufferstand.model.identification import NAMES
     "--specimen",
     metavar="FILE.toml",
     type=FILE,
-    help="Specimen file that the campaign names (default specimen.toml beside it).",
+    help="Specimen file: full stroke, and the catalogue's curve beyond the runs. The campaign names it "
+    "(default specimen.toml beside it).",
 )
 @click.option("--name", help="Name of the model (default the specimen's).")
 @click.option("--knots", type=click.IntRange(3, 60), help="Points of the curves (default one every 5 mm).")
@@ -63,8 +64,16 @@ from bufferstand.model.identification import NAMES
     is_flag=True,
     help="The runs are all there was: the temperature goes on from one to the next.",
 )
+@click.option(
+    "--stop-stiffness",
+    "stop_kN_per_mm",
+    metavar="KN_PER_MM",
+    type=FiniteRange(min=1e-6, max=1e6),
+    help="Of the stop beyond the full stroke (default 500, which is assumed).",
+)
 @click.option("--no-validation", is_flag=True, help="Leave out the fit without every fifth cycle.")
 def command(
+    *,
     paths: tuple[Path, ...],
     out: Path,
     missing: Path | None,
@@ -76,14 +85,22 @@ def command(
     ambient_C: float | None,
     without: tuple[str, ...],
     in_a_row: bool,
+    stop_kN_per_mm: float | None,
     no_validation: bool,
 ) -> int:
     """Identify a spring model from recorded static and harmonic runs of one specimen.
 
     Prints every parameter with its 95 % interval, how well the model follows the runs (also cycles that it
-    was not fitted to), and which parameters the runs do not tell, and why.
+    was not fitted to), and which parameters the runs do not tell, and why. Curves of runs that end short of
+    the specimen's full stroke are continued to it (docs/identification.md).
     """
-    from bufferstand.cli.model import read_runs, settings_of, show_identification, sittings
+    from bufferstand.cli.model import (
+        beyond_the_runs,
+        read_runs,
+        settings_of,
+        show_identification,
+        sittings,
+    )
     from bufferstand.model import save_model
     from bufferstand.model.identification import identify, missing_runs, needed
 
@@ -94,10 +111,11 @@ def command(
     found = identify(
         drives,
         replace(
-            settings_of(runs, name),
+            beyond_the_runs(settings_of(runs, name), runs, specimen),
             knots=knots,
             reference_C=reference_C,
             without=without,
+            stop_stiffness_kN_per_mm=stop_kN_per_mm,
             hold_out=not no_validation,
         ),
     )

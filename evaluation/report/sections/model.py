@@ -50,6 +50,10 @@ def model_section(source: ReportSource) -> Section | None:
     notes = model.warnings(
         min(float(t.min()) for t in temperatures), max(float(t.max()) for t in temperatures)
     )
+    if model.identified is not None:
+        drives = [check.drive for check in given.checks.values()]
+        left_range = (model.identified.warnings(model.curves, d.time_s, d.stroke_mm) for d in drives)
+        notes = (*notes, *dict.fromkeys(sentence for found in left_range for sentence in found))
     left = [f"Run {number} was left out: {why}." for number, why in given.left_out.items()]
     blocks: list[Sheet | Table | Texts] = [facts, _misses(source.runs, given), Texts((_METHOD,))]
     if notes or left:

@@ -28,8 +28,11 @@ __asm__(".symver exp,exp@GLIBC_2.2.5");
 /* Value references of the real variables; parameters in the order of bs_resource.parameter. */
 enum {
     V_STROKE, V_RATE, V_FORCE, V_TEMPERATURE, V_SENSOR, V_HEAT, V_WORK, V_BAND, V_INNER, V_D_INNER,
-    V_PARAMETER, V_END = V_PARAMETER + BS_PARAMETERS
+    V_PARAMETER, V_RANGE = V_PARAMETER + BS_PARAMETERS, V_END = V_RANGE + BS_RANGE
 };
+/* Where the spring was identified: bs_resource.range. */
+enum { R_STROKE_MIN, R_STROKE_MAX, R_SPEED_MIN, R_SPEED_MAX, R_FREQUENCY_MIN, R_FREQUENCY_MAX, R_T_MIN, R_T_MAX,
+       R_FULL_STROKE, R_FORCE_MIN, R_FORCE_MAX };
 enum { P_INITIAL_T, P_AMBIENT, P_INITIAL_BAND, P_C_TS, P_C_ETA, P_FLOOR, P_CAPACITY, P_LOSS, P_LAG, P_GAIN,
        P_BETA, P_TAU, P_SPECTRUM, P_STOP };
 enum { B_INVERTED, B_ISOTHERMAL, B_PAPER };
@@ -54,7 +57,7 @@ typedef struct {
     int flag[BS_FLAGS];
     int mode;
     int stale;  /* the spring is to be set up anew from the start values */
-    int warned; /* about the temperature, once */
+    int warned; /* bits of what was told about leaving the range, each once */
 } memory;
 
 typedef struct {
@@ -195,14 +198,42 @@ static fmi2Status check_inputs(const instance *me)
     return fmi2OK;
 }
 
-static void watch_temperature(instance *me)
+enum { TOLD_TEMPERATURE = 1, TOLD_STROKE = 2, TOLD_SPEED = 4, TOLD_STOP = 8 };
+
+/* True the first time that something is left. */
+static int leaves(instance *me, int what, int left)
 {
-    const double T = me->now.spring.temperature_C;
-    if (me->now.warned || (T >= me->resource.valid_low_C && T <= me->resource.valid_high_C))
-        return;
-    me->now.warned = 1;
-    (void)SAY(fmi2Warning, "the temperature of %.1f degC leaves the %g ... %g degC for which the spring was identified",
-              T, me->resource.valid_low_C, me->resource.valid_high_C);
+    if (!left || (me->now.warned & what))
+        return 0;
+    me->now.warned |= what;
+    return 1;
+}
+
+/* Tell once of each what leaves the range in which the spring was identified. Of stroke and speed the upper ends
+ * only: every stroke begins at contact and at rest. */
+static void watch(instance *me, double speed_mm_per_s)
+{
+    const double *range = me->resource.range, unit = me->resource.mm_per_stroke;
+    const double T = me->now.spring.temperature_C, x = me->now.spring.stroke_mm, end = me->resource.table.end_mm;
+    const double known = range[R_STROKE_MAX] * unit, fastest = range[R_SPEED_MAX] * unit;
+    if (leaves(me, TOLD_TEMPERATURE, T < range[R_T_MIN] || T > range[R_T_MAX]))
+        (void)SAY(fmi2Warning, "the temperature of %.1f degC leaves the %g ... %g degC for which the spring was identified",
+                  T, range[R_T_MIN], range[R_T_MAX]);
+    if (leaves(me, TOLD_STROKE, x > known && known < end))
+        (void)SAY(fmi2Warning, "the stroke of %.1f mm leaves the %.1f mm up to which the spring was identified: "
+                  "its curves are continued there, not measured", x, known);
+    if (leaves(me, TOLD_SPEED, speed_mm_per_s > fastest))
+        (void)SAY(fmi2Warning, "the speed of %.3g mm/s leaves the %g mm/s up to which the spring was identified",
+                  speed_mm_per_s, fastest);
+    if (leaves(me, TOLD_STOP, x > end && known <= end))
+        (void)SAY(fmi2Warning, "the stroke of %.1f mm goes beyond the end of the curves at %.4g mm into the stop of "
+                  "%g kN/mm", x, end, me->law.stop_kN_per_mm);
+}
+
+/* Speed of a pressed spring between two strokes; 0 where no time passes. */
+static double speed_between(double from_mm, double to_mm, double dt)
+{
+    return dt > 0.0 ? fabs((to_mm > 0.0 ? to_mm : 0.0) - (from_mm > 0.0 ? from_mm : 0.0)) / dt : 0.0;
 }
 
 static double own_lag_mm(const instance *me, double x_mm)
@@ -237,7 +268,7 @@ static void commit(instance *me, int jump)
     const double from = now->spring.stroke_mm, to = stroke_mm(me, now->stroke);
     const double pieces_wanted = ceil(fabs(bs_clip_(to, me->resource.table.end_mm) - now->spring.x_) / SUBSTEP_MM);
     const double pieces = pieces_wanted < 1.0 ? 1.0 : pieces_wanted < MOST_SUBSTEPS ? pieces_wanted : MOST_SUBSTEPS;
-    const double dt = now->time > now->last_time ? (now->time - now->last_time) / pieces : 0.0;
+    const double whole = now->time > now->last_time ? now->time - now->last_time : 0.0, dt = whole / pieces;
     const double lag = own_lag_mm(me, to);
     double k;
     for (k = 1.0; k < pieces; k += 1.0)
@@ -245,7 +276,7 @@ static void commit(instance *me, int jump)
     bs_move_(&me->resource.table, &me->law, &now->spring, to, dt,
              !jump && me->law.beta > 0.0 ? &lag : NULL);
     now->last_time = now->time;
-    watch_temperature(me);
+    watch(me, jump ? 0.0 : speed_between(from, to, whole));
 }
 
 static double value_of(const instance *me, fmi2ValueReference reference)
@@ -268,7 +299,8 @@ static double value_of(const instance *me, fmi2ValueReference reference)
     case V_INNER: return inner / me->resource.mm_per_stroke;
     case V_D_INNER:
         return (bs_clip_(x, me->resource.table.end_mm) - inner) / me->law.tau_s / me->resource.mm_per_stroke;
-    default: return now->parameter[reference - V_PARAMETER];
+    default:
+        return reference < V_RANGE ? now->parameter[reference - V_PARAMETER] : me->resource.range[reference - V_RANGE];
     }
 }
 
@@ -379,7 +411,7 @@ FMI2_Export fmi2Status fmi2ExitInitializationMode(fmi2Component c)
     status = set_up(me);
     if (status == fmi2OK) {
         me->now.mode = me->type == fmi2ModelExchange ? EVENT : STEPPING;
-        watch_temperature(me);
+        watch(me, 0.0);
     }
     return status;
 }
@@ -439,7 +471,7 @@ static fmi2Status set_real(instance *me, fmi2ValueReference reference, double va
         me->now.stale |= (me->now.mode & (INSTANTIATED | INITIALIZING)) != 0;
         return check_inputs(me);
     }
-    if (reference < V_PARAMETER || reference >= V_END)
+    if (reference < V_PARAMETER || reference >= V_RANGE)
         return SAY(fmi2Error, "the real variable with value reference %u cannot be set", reference);
     if (!is_number(value))
         return SAY(fmi2Error, "parameter %s is no number", RANGE[reference - V_PARAMETER].name);
@@ -708,7 +740,7 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunication
 {
     const double h = communicationStepSize;
     fmi2Status status;
-    double end;
+    double from, end;
     ENTER("fmi2DoStep", STEPPING);
     (void)noSetFMUStatePriorToCurrentPoint;
     if (!is_number(currentCommunicationPoint) || !is_number(h) || h < 0.0)
@@ -718,9 +750,10 @@ FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunication
     end = stroke_mm(me, me->now.stroke + me->now.rate * h);
     if (!is_number(end))
         return SAY(fmi2Discard, "the stroke at the end of the step is no number");
+    from = me->now.spring.stroke_mm;
     bs_step(&me->resource.table, &me->law, &me->now.spring, end, h);
     me->now.time = currentCommunicationPoint + h;
-    watch_temperature(me);
+    watch(me, speed_between(from, end, h));
     return fmi2OK;
 }
 

@@ -3,7 +3,7 @@
  * Copyright (c) 2026, the bufferstand maintainers. SPDX-License-Identifier: BSD-3-Clause
  *
  * File spring.bin (written by model/export/fmu.py), little-endian:
- *     0  8 bytes  "BSSPRNG1"
+ *     0  8 bytes  "BSSPRNG2"
  *     8  uint32   0x01020304
  *    12  uint32   number of cells n
  *    16  uint32   CRC-32 (zlib) of all bytes from 24 on
@@ -27,7 +27,8 @@
 
 #define BS_PARAMETERS 14
 #define BS_FLAGS 3
-#define BS_HEAD (8 + BS_PARAMETERS + BS_FLAGS)
+#define BS_RANGE 11
+#define BS_HEAD (6 + BS_RANGE + BS_PARAMETERS + BS_FLAGS)
 #define BS_TABLES 8
 #define BS_GUID 40
 
@@ -36,8 +37,9 @@ typedef struct {
     bs_cell *cells; /* owned */
     char guid[BS_GUID];
     uint32_t crc;
-    double reference_C, valid_low_C, valid_high_C;
+    double reference_C;
     double mm_per_stroke, force_per_kN; /* units of the FMU's variables */
+    double range[BS_RANGE];             /* where it was identified, in the FMU's units; infinite: nobody says */
     double parameter[BS_PARAMETERS];    /* start values, in the order of the value references */
     double flag[BS_FLAGS];
 } bs_resource;
@@ -143,14 +145,14 @@ static const char *bs_heads_(bs_resource *r, const double *head)
     t->end_mm = head[1];
     t->width_scale_max = head[2];
     r->reference_C = head[3];
-    r->valid_low_C = head[4];
-    r->valid_high_C = head[5];
-    r->mm_per_stroke = head[6];
-    r->force_per_kN = head[7];
+    r->mm_per_stroke = head[4];
+    r->force_per_kN = head[5];
+    for (k = 0; k < BS_RANGE; ++k)
+        r->range[k] = head[6 + k];
     for (k = 0; k < BS_PARAMETERS; ++k)
-        r->parameter[k] = head[8 + k];
+        r->parameter[k] = head[6 + BS_RANGE + k];
     for (k = 0; k < BS_FLAGS; ++k)
-        r->flag[k] = head[8 + BS_PARAMETERS + k];
+        r->flag[k] = head[6 + BS_RANGE + BS_PARAMETERS + k];
     for (k = 0; k < BS_HEAD; ++k)
         if (head[k] != head[k])
             return "holds a number that is none";
@@ -173,8 +175,8 @@ static const char *bs_read_(bs_resource *r, FILE *file)
     unsigned char *bytes;
     const char *wrong;
     size_t size;
-    if (fread(start, 1, sizeof start, file) != sizeof start || memcmp(start, "BSSPRNG1", 8) != 0)
-        return "is no table of a bufferstand spring (version 1)";
+    if (fread(start, 1, sizeof start, file) != sizeof start || memcmp(start, "BSSPRNG2", 8) != 0)
+        return "is no table of a bufferstand spring (version 2)";
     memcpy(&mark, start + 8, 4);
     memcpy(&cells, start + 12, 4);
     memcpy(&crc, start + 16, 4);
