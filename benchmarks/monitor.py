@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from benchmarks.common import SAMPLE_STAND, Benchmark, processor_s, record, tell, wide_guards
+from benchmarks.common import PATIENCE_S, SAMPLE_STAND, Benchmark, processor_s, record, tell, wide_guards
 from bufferstand.daq.acquisition.loop import Acquisition
 from bufferstand.daq.guards.panel import GuardPanel
 from bufferstand.daq.monitor.access import Tokens
@@ -55,8 +55,9 @@ import os, sys
 from playwright.sync_api import sync_playwright
 with sync_playwright() as driver:
     options = ["--no-sandbox"] if os.geteuid() == 0 else []
-    browser = driver.chromium.launch(executable_path=sys.argv[3], args=options)
+    browser = driver.chromium.launch(executable_path=sys.argv[3], args=options, timeout=0)
     context = browser.new_context(viewport={"width": 1280, "height": 900})
+    context.set_default_timeout(0)  # a busy machine takes its time
     pages = [context.new_page() for _ in range(int(sys.argv[2]))]
     for page in pages:
         page.goto(sys.argv[1] + "/")
@@ -114,7 +115,7 @@ def acquiring(folder: Path) -> Iterator[Bench]:
         controller.connect()
         guards = wide_guards("stroke", controller.facts.rate_Hz)
         acquisition = Acquisition(Stand(controller, ()), clock, GuardPanel(guards, wall_s=clock.wall_s()))
-        controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=5000)
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=int(1e3 * PATIENCE_S))
         controller.start(RampTo(target_mm=30.0, speed_mm_per_s=40.0))
         _wait(acquisition, 2.0)
         controller.start(Harmonic(mean_mm=30.0, amplitude_mm=15.0, frequency_Hz=1.0, cycles=5000))
@@ -148,10 +149,12 @@ def pages_open(url: str, count: int, bench: Bench, publisher: Publisher) -> Iter
         os.set_blocking(process.stdout.fileno(), False)
         while process.poll() is None and not process.stdout.read():  # meanwhile the stand wants its reader
             bench.turn(0.2, publisher)
+        if process.poll() is not None:
+            raise RuntimeError(f"no {kind} could be opened; what they said is above")
         os.set_blocking(process.stdout.fileno(), True)
         yield kind
     finally:
-        process.communicate(b"x", timeout=60)
+        process.communicate(b"x")
 
 
 def measure(folder: Path, *, seconds: float, turns: int, pages: int) -> Sequence[float]:

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.common import SAMPLE_STAND, Benchmark, record, tell
+from benchmarks.common import PATIENCE_S, SAMPLE_STAND, Benchmark, record, tell
 from bufferstand.daq.acquisition.loop import Acquisition
 from bufferstand.daq.acquisition.pace import LoopPace
 from bufferstand.daq.guards.kinds.channel import ChannelGuard
@@ -90,7 +90,8 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
     rate_Hz = controller.facts.rate_Hz
     for sensor in stand.sensors:
         sensor.start()
-    panel = GuardPanel(GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz)), wall_s=clock.wall_s())
+    quiet = GuardSet((), (), ControllerGuard(PATIENCE_S, PATIENCE_S, rate_Hz))
+    panel = GuardPanel(quiet, wall_s=clock.wall_s())
     timed = Stand(controller, stand.sensors)
     acquisition = Acquisition(timed, clock, panel)
     driver = MotionRunner(acquisition, StopRequest(), acquisition.tick)
@@ -99,7 +100,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
         driver.pump()
     recorder = record(timed, folder)
     acquisition.attach(recorder)
-    controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=2000)
+    controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=int(1e3 * PATIENCE_S))
     found: list[float] = []
     for trip in range(trips):
         up = trip % 2 == 0
@@ -116,7 +117,7 @@ def reactions(stand: Stand, clock: Clock, trips: int, folder: Path) -> np.ndarra
                 safe_stop.run()
             except Stopped:
                 found.append(controller.acknowledged_s - (halt.trip.time_us or 0) / 1e6)
-        panel.change(GuardSet((), (), ControllerGuard(5.0, 5.0, rate_Hz)))
+        panel.change(quiet)
         panel.reset()
         _until(driver, acquisition, controller.hold)
         target_mm = TOP_MM if up else 0.0
@@ -134,7 +135,7 @@ def _until(driver: MotionRunner, acquisition: Acquisition, sequence: int) -> Non
 def _guards(limit_mm: float, up: bool, rate_Hz: float) -> GuardSet:
     upper, lower = (limit_mm, None) if up else (None, limit_mm)
     guard = ChannelGuard("position", "position", upper, lower, "mm", "piston", Action.STOP)
-    return GuardSet((guard,), (), ControllerGuard(5.0, 5.0, rate_Hz))
+    return GuardSet((guard,), (), ControllerGuard(PATIENCE_S, PATIENCE_S, rate_Hz))
 
 
 def in_process(trips: int, folder: Path) -> np.ndarray:

@@ -2,9 +2,10 @@
 
 from benchmarks.common.form import Benchmark, NotHere, load, names, tell
 from benchmarks.common.measuring import ROOT, Cost, best, cost, processor_s
-from benchmarks.common.stand import SAMPLE_STAND, record, wide_guards
+from benchmarks.common.stand import PATIENCE_S, SAMPLE_STAND, record, wide_guards
 
 __all__ = [
+    "PATIENCE_S",
     "ROOT",
     "SAMPLE_STAND",
     "Benchmark",

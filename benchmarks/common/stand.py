@@ -13,6 +13,8 @@ from bufferstand.drivers.interfaces import Stand
 from bufferstand.recording.recorder import RunRecorder
 
 SAMPLE_STAND = ROOT / "sample_runs" / "stand.toml"
+PATIENCE_S = 60.0
+"""A controller may be silent so long [s]: a machine that stands still for seconds ends no benchmark."""
 
 
 def wide_guards(stroke: str, rate_Hz: float) -> GuardSet:
@@ -23,7 +25,7 @@ def wide_guards(stroke: str, rate_Hz: float) -> GuardSet:
             ChannelGuard(stroke, stroke, 250.0, -60.0, "mm", "stroke"),
         ),
         (),
-        ControllerGuard(30.0, 30.0, rate_Hz),
+        ControllerGuard(PATIENCE_S, PATIENCE_S, rate_Hz),
     )
 
 
