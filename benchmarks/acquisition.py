@@ -1,7 +1,5 @@
 """How fast samples come from the simulated controller in another process, beside a bare socket; and to disk.
 
-    .venv/bin/python -m benchmarks.acquisition [--seconds 10]
-
 1. The driver (every block checked, decoded and put in order) and a bare socket (the same bytes sent, the
    reply received whole and nothing done with it) make the same transactions, in turns of 40. The samples a
    second are those of all the driver's turns together, while the stand makes as many; the ratio is that of
@@ -17,34 +15,28 @@ disk. The chain has the whole stand, its 1-Wire folder in memory, as the kernel'
 
 from __future__ import annotations
 
-import argparse
 import socket
 import struct
-import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
+from benchmarks.common import SAMPLE_STAND, Benchmark, record, tell, wide_guards
 from bufferstand.daq.acquisition.loop import Acquisition
 from bufferstand.daq.acquisition.pace import LoopPace
-from bufferstand.daq.campaign_folder.run_metadata import stream_document
-from bufferstand.daq.guards.kinds.channel import ChannelGuard
-from bufferstand.daq.guards.kinds.controller import ControllerGuard
-from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.panel import GuardPanel
 from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.controllers.ring_controller import RingController
 from bufferstand.drivers.interfaces import Stand
-from bufferstand.drivers.simulated.serving.process import start_process
+from bufferstand.drivers.simulated.serving.process import start_process, wires_folder
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import StandFile, with_endpoints
 from bufferstand.foundation.clock import WallClock
-from bufferstand.recording.recorder import RunRecorder
 
-SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TURN = 40
 FAST = 200.0
-MEMORY = Path("/dev/shm")
 CHAIN_HZ = 5000.0
 
 
@@ -131,8 +123,8 @@ class Turns:
         self.processors_s.append(time.process_time() - processor_s)
 
 
-def fast_enough(stand: StandFile, seconds: float) -> tuple[float, float, float, float, int]:
-    """Return samples/s, ratio of wall times, ratio of processor times, driver's µs a transaction, lost."""
+def fast_enough(stand: StandFile, seconds: float) -> tuple[float, float, float, float, float]:
+    """Return samples/s, ratios of wall and of processor times, driver's µs a transaction, share lost."""
     controller, bare = build_controller(stand, WallClock(FAST)), BareSocket(stand)
     if not isinstance(controller, RingController):
         raise TypeError("the sample stand's profile has no ring")
@@ -170,47 +162,26 @@ def fast_enough(stand: StandFile, seconds: float) -> tuple[float, float, float, 
         min(driver.walls_s) / min(plain.walls_s),
         min(driver.processors_s) / min(plain.processors_s),
         min(driver.walls_s) / TURN * 1e6,
-        driver.lost,
+        driver.lost / (driver.samples + driver.lost),
     )
 
 
-def chain(stand: StandFile, folder: Path, seconds: float, speed: float) -> tuple[float, float, int]:
-    """Return the share of one processor, samples/s and lost samples of the whole chain to disk."""
+def chain(stand: StandFile, folder: Path, seconds: float, speed: float) -> tuple[float, float, float]:
+    """Return the whole chain's share of one processor, its samples/s and its share of lost samples."""
     clock = WallClock(speed)
     controller = build_controller(stand, clock)
     controller.connect()
     opened = Stand(controller, ())
-    guards = GuardSet(
-        (
-            ChannelGuard("force", "force", 600.0, -60.0, "kN", "force"),
-            ChannelGuard("stroke_1", "stroke_1", 250.0, -60.0, "mm", "stroke"),
-        ),
-        (),
-        ControllerGuard(30.0, 30.0, controller.facts.rate_Hz),
-    )
-    panel = GuardPanel(guards, wall_s=clock.wall_s())
+    panel = GuardPanel(wide_guards("stroke_1", controller.facts.rate_Hz), wall_s=clock.wall_s())
     # 20 ms of the wall between two passes, as at a real stand of this rate.
     acquisition = Acquisition(opened, clock, panel, pace=LoopPace(tick_s=0.02 * speed))
     while True:
         acquisition.tick()
         if acquisition.up_to_date:
             break
-    facts = controller.facts
-    recorder = RunRecorder(
-        folder,
-        "benchmark",
-        {
-            "format": "bufferstand/run",
-            "format_version": 1,
-            "run": {"id": "benchmark", "kind": "harmonic", "started_utc": "2026-01-01T00:00:00+00:00"},
-            "software": {"name": "bufferstand", "version": "0"},
-            "stand": {},
-            "specimen": {},
-            "streams": {facts.name: stream_document(facts)},
-        },
-    )
+    recorder = record(opened, folder)
     acquisition.attach(recorder)
-    before = acquisition.latest.samples, acquisition.latest.lost
+    before = acquisition.latest
     wall_s, processor_s = time.perf_counter(), time.process_time()
     while time.perf_counter() - wall_s < seconds:
         acquisition.rest()
@@ -221,40 +192,37 @@ def chain(stand: StandFile, folder: Path, seconds: float, speed: float) -> tuple
         raise RuntimeError(panel.trip.reason)
     recorder.close("complete")
     controller.close()
-    return processor_s / wall_s, (latest.samples - before[0]) / wall_s, latest.lost - before[1]
+    samples, lost = latest.samples - before.samples, latest.lost - before.lost
+    return processor_s / wall_s, samples / wall_s, lost / (samples + lost)
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=10.0)
-    given = parser.parse_args()
-    memory = MEMORY if MEMORY.is_dir() else None
-    with (
-        tempfile.TemporaryDirectory(prefix="bufferstand-") as name,
-        tempfile.TemporaryDirectory(prefix="bufferstand-", dir=memory) as wires,
-    ):
-        folder = Path(name)
-        alone = controller_alone(folder)
-        with start_process(alone, directory=Path(wires) / "fast", speed=FAST) as process:
+def measure(folder: Path, *, seconds: float) -> Sequence[float]:
+    """Measure the driver beside a bare socket, then the chain."""
+    alone, whole, speed = controller_alone(folder), prompt_stand(folder), CHAIN_HZ / 1000.0
+    with wires_folder() as wires:
+        with start_process(alone, directory=wires / "fast", speed=FAST) as process:
             rate, ratio, processor, each_us, lost = fast_enough(
-                with_endpoints(load_stand(alone), process.served.endpoints()), given.seconds
+                with_endpoints(load_stand(alone), process.served.endpoints()), seconds
             )
-        print(
-            f"driver: {rate:,.0f} samples/s per channel, {each_us:.0f} µs a transaction at best, {lost} lost"
+        tell(
+            f"driver: {rate:,.0f} samples/s a channel, {each_us:.0f} µs a transaction at best, "
+            f"{processor:.2f} times the bare socket's processor time"
         )
-        print(
-            f"driver / bare socket: {ratio:.2f} of the wall's time, "
-            f"{processor:.2f} of the client's processor time"
-        )
-        speed = CHAIN_HZ / 1000.0
-        stand = prompt_stand(folder)
-        with start_process(stand, directory=Path(wires) / "chain", speed=speed) as process:
-            share, rate, lost = chain(
-                with_endpoints(load_stand(stand), process.served.endpoints()), folder, given.seconds, speed
+        with start_process(whole, directory=wires / "chain", speed=speed) as process:
+            share, chain_rate, lost_to_disk = chain(
+                with_endpoints(load_stand(whole), process.served.endpoints()), folder, seconds, speed
             )
-        print(f"whole chain: {rate:,.0f} samples/s, {100.0 * share:.1f} % of one processor, {lost} lost")
+        tell(f"chain: {chain_rate:,.0f} samples/s")
+    return ratio, share, lost, lost_to_disk
 
 
-if __name__ == "__main__":
-    main()
+BENCHMARK = Benchmark(
+    {
+        "driver / bare socket, wall": 1.5,
+        "chain to disk at 5 kHz, processor / wall": 0.25,
+        "driver: lost samples / all": 0.0,
+        "chain: lost samples / all": 0.0,
+    },
+    full=partial(measure, seconds=10.0),
+    smoke=partial(measure, seconds=0.5),
+)

@@ -1,27 +1,25 @@
 """What the spring model costs beside a plain C loop of the same step.
 
-    .venv/bin/python -m benchmarks.model [--samples 1000000] [--rounds 9]
-
-The C loops (``model_step.c``) are compiled here with ``cc -O2``. All are measured in one process, taking
-turns, best of the rounds, in CPU time; only their ratios mean anything. Every pair does the same work and
-must give the same figures: the isothermal pair the force at 35 °C without viscous branches, the stepwise
-pair force, heat, both temperatures, work and one viscous branch.
+The C loops (``common/model_step.c``) are compiled here with ``cc -O2``. All are measured in one process,
+taking turns, best of the rounds, in processor time. Every pair does the same work and must give the same
+figures: the isothermal pair the force at 35 °C without viscous branches, the stepwise pair force, heat, both
+temperatures, work and one viscous branch.
 """
 
 from __future__ import annotations
 
-import argparse
 import ctypes
+import shutil
 import subprocess
-import tempfile
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.common import ROOT, Benchmark, NotHere, best, tell
 from bufferstand.model import kernels
 from bufferstand.model.compiled import factors_of, law_of, rest_of
 from bufferstand.model.file import load_model
@@ -37,7 +35,7 @@ WARM_C = 35.0
 def c_loops(folder: Path) -> ctypes.CDLL:
     """Return the C loops, compiled with -O2 into a folder."""
     library = folder / "model_step.so"
-    source = Path(__file__).with_name("model_step.c")
+    source = ROOT / "benchmarks/common/model_step.c"
     command = ["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(source), "-lm"]
     subprocess.run(command, check=True)
     loops = ctypes.CDLL(str(library))
@@ -54,21 +52,8 @@ def address(values: NDArray[np.generic]) -> int:
     return values.ctypes.data
 
 
-def best(tasks: Sequence[Callable[[], object]], rounds: int) -> list[float]:
-    """Return the shortest CPU time of each of several tasks that take turns [s]."""
-    times = []
-    for _ in range(rounds):
-        row = []
-        for task in tasks:
-            start = time.process_time()
-            task()
-            row.append(time.process_time() - start)
-        times.append(row)
-    return [min(column) for column in zip(*times, strict=True)]
-
-
 def isothermal(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
-    """Measure numpy beside C for the force at one temperature; return the ratio of their speeds."""
+    """Measure numpy beside C for the force at one temperature; return the ratio of their times."""
     bare = replace(model, viscous=ViscousBranch())
     cells, law = np.ascontiguousarray(bare.tables.rows()), np.array(law_of(bare))
     soft, e = float(bare.temperature.softening(WARM_C)), float(bare.width_scale(WARM_C))
@@ -85,15 +70,13 @@ def isothermal(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: 
     plain_c()
     np.testing.assert_allclose(numpy(), force, atol=1e-9)
     ours, theirs = best([numpy, plain_c], rounds)
-    print(f"isothermal  C -O2     {theirs / len(strokes) * 1e9:7.1f} ns a step")
-    print(
-        f"            numpy     {ours / len(strokes) * 1e9:7.1f} ns: {theirs / ours:.2f} of C (at least 0.5)"
-    )
-    return theirs / ours
+    per_step = 1e9 / len(strokes)
+    tell(f"isothermal: C {theirs * per_step:.1f} ns a step, numpy {ours * per_step:.1f} ns")
+    return ours / theirs
 
 
 def stepwise(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: int) -> float:
-    """Measure numba beside C for the whole step; return the ratio of their speeds."""
+    """Measure numba beside C for the whole step; return the ratio of their times."""
     cells, law = model.tables.rows().ravel(), np.array(law_of(model))
     factors, places = np.array(factors_of(model, STEP_S)), np.zeros(4 * len(strokes), dtype=np.int64)
     outputs, expected = np.zeros((2, kernels.READ * len(strokes)))
@@ -115,32 +98,28 @@ def stepwise(model: SpringModel, strokes: Floats, loops: ctypes.CDLL, rounds: in
     numba()
     np.testing.assert_array_equal(outputs, expected)
     ours, theirs = best([numba, plain_c], rounds)
-    print(f"stepwise    C -O2     {theirs / len(strokes) * 1e9:7.1f} ns a step")
-    print(
-        f"            numba     {ours / len(strokes) * 1e9:7.1f} ns: {theirs / ours:.2f} of C (at least 0.8)"
-        ", equal to the last bit"
-    )
-    return theirs / ours
+    per_step = 1e9 / len(strokes)
+    tell(f"stepwise: C {theirs * per_step:.1f} ns a step, numba {ours * per_step:.1f} ns, the same bits")
+    return ours / theirs
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--samples", type=int, default=1_000_000)
-    parser.add_argument("--rounds", type=int, default=9)
-    chosen = parser.parse_args()
+def measure(folder: Path, *, samples: int, rounds: int) -> Sequence[float]:
+    """Measure both pairs with steps of 1 ms, 50 ± 45 mm at 0.849 Hz."""
+    if not shutil.which("cc"):
+        raise NotHere("needs a C compiler (cc)")
+    if not kernels.available():
+        raise NotHere("needs numba (the extra fast)")
     model = load_model(MODELS / "category-a-elastomer.toml")
-    time_s = np.arange(chosen.samples) * STEP_S
-    strokes = 50.0 - 45.0 * np.cos(2.0 * np.pi * 0.849 * time_s)
-    print(f"{chosen.samples} steps of 1 ms, 50 ± 45 mm at 0.849 Hz; best of {chosen.rounds}, CPU time")
-    with tempfile.TemporaryDirectory() as folder:
-        loops = c_loops(Path(folder))
-        isothermal(model, strokes, loops, chosen.rounds)
-        if kernels.available():
-            stepwise(model, strokes, loops, chosen.rounds)
+    strokes = 50.0 - 45.0 * np.cos(2.0 * np.pi * 0.849 * STEP_S * np.arange(samples))
+    loops = c_loops(folder)
+    return isothermal(model, strokes, loops, rounds), stepwise(model, strokes, loops, rounds)
 
 
-if __name__ == "__main__":
-    main()
+BENCHMARK = Benchmark(
+    {
+        "numpy, force at one temperature / C -O2, processor": 2.0,
+        "numba, whole step / C -O2, processor": 1.25,
+    },
+    full=partial(measure, samples=1_000_000, rounds=9),
+    smoke=partial(measure, samples=1000, rounds=1),
+)

@@ -1,7 +1,5 @@
 """What the live monitor costs the acquisition: with and without five open pages, in the same run.
 
-    .venv/bin/python -m benchmarks.monitor [--seconds 8] [--turns 3] [--pages 5]
-
 The simulated stand swings in a process of its own, sampled at 1 kHz. This process acquires, guards and
 records as a campaign does: in turns alone, and with the publisher, the web process and open pages (Chromium
 where it is installed, else WebSocket clients that read as pages do). Processor time is this process's own, of
@@ -11,24 +9,21 @@ numbers: a lost one would be a gap.
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 
+from benchmarks.common import PATIENCE_S, SAMPLE_STAND, Benchmark, processor_s, record, tell, wide_guards
 from bufferstand.daq.acquisition.loop import Acquisition
-from bufferstand.daq.campaign_folder.run_metadata import stream_document
-from bufferstand.daq.guards.kinds.channel import ChannelGuard
-from bufferstand.daq.guards.kinds.controller import ControllerGuard
-from bufferstand.daq.guards.panel import GuardPanel, GuardSet
+from bufferstand.daq.guards.panel import GuardPanel
 from bufferstand.daq.monitor.access import Tokens
 from bufferstand.daq.monitor.process import Address, web_process
 from bufferstand.daq.monitor.publisher import Publisher, publishing
@@ -39,9 +34,7 @@ from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.drivers.stand_file.schema import with_endpoints
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.motions import Harmonic, RampTo
-from bufferstand.recording.recorder import RunRecorder
 
-SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 TOKENS = Tokens(view="benchmark", control="", free_view=True)
 CLIENT = """
 import sys, time
@@ -62,8 +55,9 @@ import os, sys
 from playwright.sync_api import sync_playwright
 with sync_playwright() as driver:
     options = ["--no-sandbox"] if os.geteuid() == 0 else []
-    browser = driver.chromium.launch(executable_path=sys.argv[3], args=options)
+    browser = driver.chromium.launch(executable_path=sys.argv[3], args=options, timeout=0)
     context = browser.new_context(viewport={"width": 1280, "height": 900})
+    context.set_default_timeout(0)  # a busy machine takes its time
     pages = [context.new_page() for _ in range(int(sys.argv[2]))]
     for page in pages:
         page.goto(sys.argv[1] + "/")
@@ -90,9 +84,8 @@ class Turn:
 class Bench:
     """The acquisition of a campaign on a moving stand."""
 
-    def __init__(self, acquisition: Acquisition, folder: Path) -> None:
+    def __init__(self, acquisition: Acquisition) -> None:
         self._acquisition = acquisition
-        self._folder = folder
 
     def turn(self, seconds: float, publisher: Publisher | None = None) -> Turn:
         """Acquire for so long, with a publisher or without; return the processor time over the wall's."""
@@ -120,23 +113,16 @@ def acquiring(folder: Path) -> Iterator[Bench]:
         clock = WallClock()
         controller = build_controller(with_endpoints(stand, process.served.endpoints()), clock)
         controller.connect()
-        guards = GuardSet(
-            (
-                ChannelGuard("force", "force", 600.0, -60.0, "kN", "force"),
-                ChannelGuard("stroke", "stroke", 250.0, -60.0, "mm", "stroke"),
-            ),
-            (),
-            ControllerGuard(30.0, 30.0, controller.facts.rate_Hz),
-        )
+        guards = wide_guards("stroke", controller.facts.rate_Hz)
         acquisition = Acquisition(Stand(controller, ()), clock, GuardPanel(guards, wall_s=clock.wall_s()))
-        controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=5000)
+        controller.enable(force_limit_kN=600.0, stroke_limit_mm=200.0, watchdog_ms=int(1e3 * PATIENCE_S))
         controller.start(RampTo(target_mm=30.0, speed_mm_per_s=40.0))
         _wait(acquisition, 2.0)
         controller.start(Harmonic(mean_mm=30.0, amplitude_mm=15.0, frequency_Hz=1.0, cycles=5000))
         _wait(acquisition, 2.0)
-        recorder = RunRecorder(folder, "benchmark", _document(acquisition))
+        recorder = record(acquisition.stand, folder)
         acquisition.attach(recorder)
-        yield Bench(acquisition, folder)
+        yield Bench(acquisition)
         recorder.close("complete")
         controller.close()
 
@@ -146,19 +132,6 @@ def _wait(acquisition: Acquisition, seconds: float) -> None:
     while time.monotonic() < end_s:
         acquisition.tick()
         acquisition.rest()
-
-
-def _document(acquisition: Acquisition) -> dict[str, object]:
-    facts = acquisition.stand.controller.facts
-    return {
-        "format": "bufferstand/run",
-        "format_version": 1,
-        "run": {"id": "benchmark", "kind": "harmonic", "started_utc": "2026-01-01T00:00:00+00:00"},
-        "software": {"name": "bufferstand", "version": "0"},
-        "stand": {},
-        "specimen": {},
-        "streams": {facts.name: stream_document(facts)},
-    }
 
 
 @contextmanager
@@ -176,54 +149,47 @@ def pages_open(url: str, count: int, bench: Bench, publisher: Publisher) -> Iter
         os.set_blocking(process.stdout.fileno(), False)
         while process.poll() is None and not process.stdout.read():  # meanwhile the stand wants its reader
             bench.turn(0.2, publisher)
+        if process.poll() is not None:
+            raise RuntimeError(f"no {kind} could be opened; what they said is above")
         os.set_blocking(process.stdout.fileno(), True)
         yield kind
     finally:
-        process.communicate(b"x", timeout=60)
+        process.communicate(b"x")
 
 
-def processor_s(pid: int) -> float:
-    """Return the processor time of another process [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=8.0)
-    parser.add_argument("--turns", type=int, default=3)
-    parser.add_argument("--pages", type=int, default=5)
-    given = parser.parse_args()
+def measure(folder: Path, *, seconds: float, turns: int, pages: int) -> Sequence[float]:
+    """Measure alone and with open pages, in turns."""
     alone: list[Turn] = []
     watched: list[Turn] = []
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="bufferstand-")))
-        bench = stack.enter_context(acquiring(folder))
-        for _ in range(given.turns):
-            alone.append(bench.turn(given.seconds))
-            with publishing(folder, print) as publisher:
+    shown: list[float] = []
+    with acquiring(folder) as bench:
+        for _ in range(turns):
+            alone.append(bench.turn(seconds))
+            with publishing(folder, tell) as publisher:
                 links: list[str] = []
                 with web_process(folder, Address(port=0), links.append, TOKENS) as web:
                     url = links[0].split(": ", 1)[1].rstrip("/")
-                    with pages_open(url, given.pages, bench, publisher) as kind:
+                    with pages_open(url, pages, bench, publisher) as kind:
                         before_s = processor_s(web.pid)
-                        watched.append(bench.turn(given.seconds, publisher))
-                        web_share = (processor_s(web.pid) - before_s) / given.seconds
-    _print(alone, watched, f"{given.pages} {kind}", web_share)
-
-
-def _print(alone: list[Turn], watched: list[Turn], what: str, web_share: float) -> None:
-    for name, turns in (("alone", alone), (f"with {what}", watched)):
-        shares = ", ".join(f"{100.0 * turn.share:.1f}" for turn in turns)
-        print(
-            f"{name}: {shares} % of a processor; {sum(t.samples for t in turns)} samples, "
-            f"{sum(t.lost for t in turns)} lost; longest pass {1000.0 * max(t.late_s for t in turns):.0f} ms"
+                        watched.append(bench.turn(seconds, publisher))
+                        shown.append((processor_s(web.pid) - before_s) / seconds)
+    for name, parts in (("alone", alone), (f"with {pages} {kind}", watched)):
+        shares = ", ".join(f"{100.0 * part.share:.1f}" for part in parts)
+        tell(
+            f"{name}: {shares} % of a processor; {sum(part.samples for part in parts)} samples; "
+            f"longest pass {1000.0 * max(part.late_s for part in parts):.0f} ms"
         )
-    grown = median(t.share for t in watched) - median(t.share for t in alone)
-    print(f"the acquisition's processor time grows by {100.0 * grown:+.1f} % of a core (allowed: 10)")
-    print(f"the web process takes {100.0 * web_share:.1f} %")
+    lost, samples = (sum(getattr(part, what) for part in (*alone, *watched)) for what in ("lost", "samples"))
+    grown = median(part.share for part in watched) - median(part.share for part in alone)
+    tell(f"the web process takes {100.0 * median(shown):.1f} % of a processor")
+    return grown, lost / (samples + lost)
 
 
-if __name__ == "__main__":
-    main()
+BENCHMARK = Benchmark(
+    {
+        "growth of the acquisition's time by open pages, processor / wall": 0.1,
+        "lost samples / all": 0.0,
+    },
+    full=partial(measure, seconds=8.0, turns=3, pages=5),
+    smoke=partial(measure, seconds=0.5, turns=1, pages=1),
+)

@@ -1,7 +1,5 @@
 """How far a runaway gets: peak force above the trip and time until it stands, at several round trips.
 
-    .venv/bin/python -m benchmarks.runaway [--trips 40] [KIND…]
-
 The piston moves at 50 mm/s and runs into a spring of 20 kN/mm: 1 kN a millisecond, until a guard of the force
 trips at a random force: ``late``, half a second after its start or more; ``early``, 0.05 to 0.5 s after it or
 within half a second after a sine, which runs away meanwhile, was begun to be adjusted. The controller is
@@ -22,18 +20,19 @@ ramp late: 2 × damping / natural frequency + servo lag.
 
 from __future__ import annotations
 
-import argparse
 import math
 import random
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from benchmarks.runaway_causes import (
+from benchmarks.common import SAMPLE_STAND, Benchmark, tell
+from benchmarks.common.runaway_causes import (
     FAULTS,
     SINE,
     SPEED_MM_PER_S,
@@ -64,7 +63,6 @@ from bufferstand.foundation.clock import Clock
 from bufferstand.foundation.motions import RampTo, Release
 from bufferstand.protocols.steps.motions import Motion
 
-SAMPLE_STAND = Path(__file__).parents[1] / "sample_runs" / "stand.toml"
 ROUND_TRIPS_S = (0.00004, 0.001, 0.002, 0.005, 0.01)
 When = Literal["late", "start", "adjust"]
 """When the guard trips: half a second after a start or later, soon after it, soon after an adjust."""
@@ -317,30 +315,18 @@ def _reached(seen: list[ScaledBlock], limit_kN: float) -> tuple[float, float]:
     return float(force_kN.max()) - limit_kN, float(time_us[max(stands, first)] - time_us[first]) / 1e6
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--trips", type=int, default=40)
-    parser.add_argument("kind", nargs="*", default=list(KINDS), help=f"of {', '.join(KINDS)}; all without")
-    given = parser.parse_args()
-    print_kinds(given.kind, given.trips)
-    print()
-    print_faults(given.trips)
-
-
-def print_kinds(kinds: Sequence[str], trips: int) -> None:
-    """Print how far a runaway gets with each kind of controller, at each round trip."""
+def tell_kinds(kinds: Sequence[str], round_trips_s: Sequence[float], trips: int) -> float:
+    """Tell how far a runaway gets with each kind of controller; return the worst ratio to its bound."""
     columns = ("late", "early, start", "early, adjust", "stands after")
     heads = [f"{action}: {column}" for action in ("emergency", "stop") for column in columns]
-    print(f"| {' | '.join(('controller', 'round trip', 'bound', *heads))} |")
-    print("|---" * (3 + len(heads)) + "|")
+    tell(f"| {' | '.join(('controller', 'round trip', 'bound', *heads))} |")
+    tell("|---" * (3 + len(heads)) + "|")
+    worst = 0.0
     for kind in kinds:
-        for round_trip_s in ROUND_TRIPS_S:
+        for round_trip_s in round_trips_s:
             row = f"| {kind} | {round_trip_s * 1e3:g} ms "
             if not KINDS[kind].keeps_up(round_trip_s):
-                print(f"{row}| does not keep up: refused before anything moves {'| ' * len(heads)}|")
+                tell(f"{row}| does not keep up: refused before anything moves {'| ' * len(heads)}|")
                 continue
             cells: list[str] = []
             for action in (Action.EMERGENCY, Action.STOP):
@@ -349,19 +335,37 @@ def print_kinds(kinds: Sequence[str], trips: int) -> None:
                     for when in WHEN
                     if when != "adjust" or KINDS[kind].adjusts
                 ]
+                worst = max(worst, *(one.above_kN.max() / one.bound_kN for one in found))
                 cells += [one.text for one in found] + ["–"] * (len(WHEN) - len(found))
                 cells.append(f"{max(one.until_s.max() for one in found) * 1e3:.0f} ms")
-            print(f"{row}| {found[0].bound_kN:.1f} kN | {' | '.join(cells)} |", flush=True)
+            tell(f"{row}| {found[0].bound_kN:.1f} kN | {' | '.join(cells)} |")
+    return worst
 
 
-def print_faults(trips: int) -> None:
-    """Print how far a runaway gets when the hold of a stop fails, at each round trip."""
-    print(f"| stop | {' | '.join(f'{1e3 * round_trip_s:g} ms' for round_trip_s in ROUND_TRIPS_S)} |")
-    print("|---" * (1 + len(ROUND_TRIPS_S)) + "|")
+def tell_faults(round_trips_s: Sequence[float], trips: int) -> None:
+    """Tell how far a runaway gets when the hold of a stop fails, at each round trip."""
+    tell(f"\n| stop | {' | '.join(f'{1e3 * round_trip_s:g} ms' for round_trip_s in round_trips_s)} |")
+    tell("|---" * (1 + len(round_trips_s)) + "|")
     for fault in FAULTS:
-        found = (run_away(one, Action.STOP, trips, fault=fault) for one in ROUND_TRIPS_S)
-        print(f"| {fault} | {' | '.join(f'{one.above_kN.max():.0f} kN' for one in found)} |", flush=True)
+        found = (run_away(one, Action.STOP, trips, fault=fault) for one in round_trips_s)
+        tell(f"| {fault} | {' | '.join(f'{one.above_kN.max():.0f} kN' for one in found)} |")
 
 
-if __name__ == "__main__":
-    main()
+def measure(
+    folder: Path,  # noqa: ARG001 - the form's
+    *,
+    kinds: Sequence[str],
+    round_trips_s: Sequence[float],
+    trips: int,
+) -> Sequence[float]:
+    """Let the piston run away in every way."""
+    worst = tell_kinds(kinds, round_trips_s, trips)
+    tell_faults(round_trips_s, trips)
+    return [worst]
+
+
+BENCHMARK = Benchmark(
+    {"worst peak above the trip / its bound": 1.0},
+    full=partial(measure, kinds=tuple(KINDS), round_trips_s=ROUND_TRIPS_S, trips=10),
+    smoke=partial(measure, kinds=("polled",), round_trips_s=(0.005,), trips=1),
+)

@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from benchmarks.runaway_causes import Stiff
+from benchmarks.common.runaway_causes import Stiff
 from bufferstand.daq.acquisition.loop import Acquisition
 from bufferstand.daq.guards.kinds.channel import ChannelGuard
 from bufferstand.daq.guards.kinds.controller import ControllerGuard
