@@ -148,7 +148,6 @@ def cells() -> list[Any]:
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("phase", "fault"), cells())
 def test_no_cell_of_the_fault_matrix_fails(
     tmp_path: Path, phase: str, fault: tuple[str, str, Mapping[str, Any]]

@@ -109,7 +109,7 @@ def test_a_port_that_does_not_open(text: str, hint: str) -> None:
 def at(port: int, **changes: object) -> StandFile:
     file = with_endpoints(load_stand(SAMPLE_STAND), Endpoints("127.0.0.1", port))
     controller = file.controller.model_copy(update={"timeout_s": 0.2, **changes})
-    return file.model_copy(update={"controller": controller, "amplifier": (), "temperature": None})
+    return file.model_copy(update={"controller": controller, "amplifier": (), "temperature": ()})
 
 
 def connection(file: StandFile) -> str:

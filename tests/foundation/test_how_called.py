@@ -37,6 +37,7 @@ def test_another_command_of_that_name_is_not_taken_for_it(
     other.write_text("#!/bin/sh\nexit 1\n")
     other.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
     assert program() == shlex.quote(str(SCRIPT))
 
 
