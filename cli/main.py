@@ -42,6 +42,7 @@ COMMANDS = {
     "compare": "Compare two evaluations: what moved, by how much, and beyond its uncertainty.",
     "skew": "Measure the skew of force and stroke on an elastic reference; what 1 ms changes.",
     "report": "Write the test report (HTML and PDF).",
+    "publish": "Make an RO-Crate of a campaign: data, evaluation and report for others.",
     "model": "Identify the spring's computational model, simulate, compare, hand it on.",
     "runs": "List recorded runs with their key facts, or find those that match.",
     "verify": "Check that run files are whole and unaltered.",
@@ -52,7 +53,16 @@ COMMANDS = {
 SECTIONS = {
     "Start here": ("demo", "samples"),
     "Test": ("plan", "check", "stand", "run", "resume", "monitor", "stop", "note"),
-    "Know what was measured": ("runs", "verify", "import", "evaluate", "compare", "skew", "report"),
+    "Know what was measured": (
+        "runs",
+        "verify",
+        "import",
+        "evaluate",
+        "compare",
+        "skew",
+        "report",
+        "publish",
+    ),
     "Know that the figures are right": ("validate",),
     "Hand the spring on": ("model",),
     "Without a stand": ("simulate-stand", "fault"),
@@ -63,7 +73,17 @@ SECTIONS = {
 _GROUPS = {
     "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
     "stand": ("check", "simulate-stand", "fault"),
-    "recordings": ("import", "evaluate", "compare", "skew", "report", "runs", "verify", "validate"),
+    "recordings": (
+        "import",
+        "evaluate",
+        "compare",
+        "skew",
+        "report",
+        "publish",
+        "runs",
+        "verify",
+        "validate",
+    ),
 }
 """The folder of :mod:`bufferstand.cli.commands` in which a command's module lies."""
 MODULES = {

@@ -15,6 +15,7 @@ NAMES = {
     "specimen": "Specimen file of bufferstand",
     "limit-set": "Limit set of bufferstand",
     "report": "Report file of bufferstand",
+    "publication": "Publication file of bufferstand",
     "inspection": "Inspector's file of bufferstand",
     "mapping": "Mapping of a foreign record of bufferstand",
     "profile": "Register profile of bufferstand",
@@ -27,8 +28,8 @@ NAMES = {
 @click.command("schema", epilog="Example:  bufferstand schema campaign > campaign.schema.json")
 @click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
 def command(name: str) -> int:
-    """Print the JSON Schema of a file: stand, campaign, specimen, limit-set, report, inspection, mapping,
-    profile, model; or of the evaluation document: evaluation.
+    """Print the JSON Schema of a file: stand, campaign, specimen, limit-set, report, publication,
+    inspection, mapping, profile, model; or of the evaluation document: evaluation.
 
     With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
     """
@@ -66,6 +67,10 @@ def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it
             from bufferstand.evaluation.report.source import ReportFields
 
             return ReportFields
+        case "publication":
+            from bufferstand.evaluation.publication import Publication
+
+            return Publication
         case "inspection":
             from bufferstand.evaluation.facts import Inspection
 

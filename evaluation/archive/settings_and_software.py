@@ -19,7 +19,12 @@ from bufferstand.foundation.files import content_hash
 
 ROOMS = ("evaluation", "recording", "foundation")
 """Rooms whose code makes the figures …"""
-_NOT_OF_FIGURES = ("evaluation/figures", "evaluation/report", "evaluation/validation")
+_NOT_OF_FIGURES = (
+    "evaluation/figures",
+    "evaluation/publication",
+    "evaluation/report",
+    "evaluation/validation",
+)
 """… but for what only shows or checks them."""
 LIBRARIES = ("numpy", "scipy", "h5py", "GTC", "orjson")
 """Libraries whose other version may give another last digit, or write it otherwise."""

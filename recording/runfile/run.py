@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import STROKE_CHANNELS, Branch, Channel, mean_of_strokes
 from bufferstand.foundation.files import content_hash
-from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, gaps_of
+from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, Event, gaps_of
 from bufferstand.recording.runfile.clock_map import ClockMap
 from bufferstand.recording.runfile.layout import ENTRY
 from bufferstand.recording.runfile.reading_apart import DatasetReader
@@ -124,12 +124,19 @@ class Run:
         return str(self.metadata["content_sha256"])
 
     @cached_property
-    def events(self) -> tuple[RunEvent, ...]:
-        """Get what happened, on the run's time."""
+    def recorded_events(self) -> tuple[Event, ...]:
+        """Get what happened, on the host's stand time, as it was recorded."""
         rows = self._rows("events", ("at_s", "kind", "text", "data"))
         return tuple(
-            RunEvent(self._event_time_s(at_s), kind.decode(), text.decode(), json.loads(data))
-            for at_s, kind, text, data in rows
+            Event(at_s, kind.decode(), text.decode(), json.loads(data)) for at_s, kind, text, data in rows
+        )
+
+    @cached_property
+    def events(self) -> tuple[RunEvent, ...]:
+        """Get what happened, on the run's time."""
+        return tuple(
+            RunEvent(self._event_time_s(event.at_s), event.kind, event.text, event.data)
+            for event in self.recorded_events
         )
 
     def has(self, channel: str) -> bool:
