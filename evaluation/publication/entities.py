@@ -95,7 +95,7 @@ def software_entity(version: str, address: str | None = None) -> Entity:
     """Return bufferstand in a version; ``address`` is where it can be had, if that is known."""
     entity: Entity = {
         "@id": address or named("bufferstand", version),
-        "@type": "SoftwareApplication" if address else "SoftwareSourceCode",
+        "@type": "SoftwareApplication" if address else "CreativeWork",
         "name": f"bufferstand {version}",
         "description": "Test-stand data acquisition and evaluation for railway buffers and draw gear",
         "version": version,
