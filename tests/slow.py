@@ -100,6 +100,8 @@ SLOW = (
     "tests/evaluation/wiring/test_told.py",
     "tests/evaluation/wiring/test_warmth.py",
     "tests/evaluation_report/test_attention.py",
+    "tests/evaluation_publication/test_outside.py",
+    "tests/evaluation_publication/test_publish.py",
     "tests/evaluation_report/test_browser.py",
     "tests/evaluation_report/test_budgets.py",
     "tests/evaluation_report/test_certificate.py",
