@@ -160,7 +160,6 @@ def test_only_the_campaigns_user_can_listen(tmp_path: Path) -> None:
         assert (tmp_path / LIVE_NAME).stat().st_mode & 0o077 == 0
 
 
-@pytest.mark.slow
 def test_listeners_that_read_nothing_stop_nothing_and_what_they_miss_is_counted(tmp_path: Path) -> None:
     steps = HARMONIC.replace("cycles = 3", "cycles = 8")
     case, shown = watched(tmp_path, LISTENERS, reads=False, steps=steps)

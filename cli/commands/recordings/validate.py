@@ -11,7 +11,6 @@ import click
 from bufferstand.cli.options import FILE, FOLDER, out_option, warn
 from bufferstand.foundation import ExitStatus
 from bufferstand.foundation.files import json_object
-from bufferstand.foundation.settings import read_text
 
 if TYPE_CHECKING:
     from bufferstand.evaluation.validation import SetResult
@@ -75,4 +74,6 @@ def _shown(value: float | str) -> str:
 
 
 def _results(path: Path) -> Mapping[str, Any]:
+    from bufferstand.foundation.settings import read_text
+
     return json_object(read_text(path), path, remedy="it holds results by the id of the set")
