@@ -8,6 +8,5 @@ Pure functions from arrays to frozen facts. The way through the room::
     trends.find_trends(runs: Sequence[RunEvaluation]) -> tuple[Trend, …]
     load.load_run(path) -> (Record, RunFacts)
     document.evaluate_paths(paths, options, limit_set)       -> dict                  (the JSON document)
-    document.evaluate_files(paths, options) -> list[RunEvaluation]
     table.cycle_table(document) -> pandas.DataFrame;  table.write_table(document, path)
 """

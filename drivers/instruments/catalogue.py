@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Generic, TypeVar, cast, get_args
 
 from bufferstand.drivers.instruments.kind import TAGS, InstrumentKind, InstrumentSite, SignalKind, Table
 from bufferstand.drivers.instruments.thermometer_kind import SensorEntry, ThermometerKind
@@ -25,6 +25,7 @@ FOLDERS = (f"{_DRIVERS}.amplifiers", f"{_DRIVERS}.thermometers")
 """Each package in these has a module ``kind``, and is a kind."""
 
 Kind = InstrumentKind[Any]
+KindT_co = TypeVar("KindT_co", bound=Kind, covariant=True)
 
 
 @cache
@@ -52,32 +53,13 @@ def kind_of(settings: Settings) -> Kind:
 
 
 @dataclass(frozen=True)
-class _Entry:
-    """An entry of one of a stand file's lists of instruments."""
-
-    stream: str
-    place: tuple[str | int, ...]
-    settings: Any
-    folder: Path
-
-    @property
-    def kind(self) -> Kind:
-        """What it is."""
-        return kind_of(self.settings)
-
-    def wire(self, folder: Path | None = None) -> WireAddress:
-        """Return where it is reached, relative paths from the stand file's folder or another."""
-        return self.kind.wire(self.settings, folder or self.folder)
-
-
-@dataclass(frozen=True)
-class Instrument(_Entry):
-    """An amplifier or sensor of a stand: an entry of its file, and the kind that it is of.
+class _Entry(Generic[KindT_co]):
+    """An entry of one of a stand file's lists of instruments, and the kind that it is of.
 
     Parameters
     ----------
     stream : str
-        What its samples are called.
+        What it is called (:func:`stream_name`).
     place : tuple of str and int
         Of its table in the stand file.
     settings : Settings
@@ -86,12 +68,24 @@ class Instrument(_Entry):
         Of the stand file.
     """
 
+    stream: str
+    place: tuple[str | int, ...]
+    settings: Any
+    folder: Path
+
     @property
-    def kind(self) -> SignalKind[Any]:
+    def kind(self) -> KindT_co:
         """What it is."""
-        kind = super().kind
-        assert isinstance(kind, SignalKind)
-        return kind
+        return cast("KindT_co", kind_of(self.settings))
+
+    def wire(self, folder: Path | None = None) -> WireAddress:
+        """Return where it is reached, relative paths from the stand file's folder or another."""
+        return self.kind.wire(self.settings, folder or self.folder)
+
+
+@dataclass(frozen=True)
+class Instrument(_Entry[SignalKind[Any]]):
+    """An amplifier or sensor of a stand; its stream is what its samples are called."""
 
     @property
     def channel(self) -> Channel:
@@ -105,27 +99,8 @@ class Instrument(_Entry):
 
 
 @dataclass(frozen=True)
-class Thermometers(_Entry):
-    """A device of thermometers: an entry of ``[[temperature]]``, and the kind that it is of.
-
-    Parameters
-    ----------
-    stream : str
-        What its wire is called: ``thermometers``, ``thermometers_2`` …; a sensor's stream has its own name.
-    place : tuple of str and int
-        Of its table in the stand file.
-    settings : Settings
-        That table.
-    folder : Path
-        Of the stand file.
-    """
-
-    @property
-    def kind(self) -> ThermometerKind[Any]:
-        """What it is."""
-        kind = super().kind
-        assert isinstance(kind, ThermometerKind)
-        return kind
+class Thermometers(_Entry[ThermometerKind[Any]]):
+    """A device of thermometers; its stream is what its wire is called, a sensor's stream has its own name."""
 
     @property
     def sensors(self) -> tuple[SensorEntry, ...]:

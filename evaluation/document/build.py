@@ -166,19 +166,6 @@ def what_runs_say_together(runs: Sequence[RunEvaluation]) -> TogetherEntry:
     }
 
 
-def evaluate_files(
-    paths: Sequence[Path], options: Options | None = None, limit_set: LimitSet | None = None
-) -> list[RunEvaluation]:
-    """Evaluate run files one after the other, and keep records and cycles of all of them.
-
-    Raises
-    ------
-    BadInput
-        As :func:`evaluate_paths`.
-    """
-    return [evaluate_file(path, options, limit_set) for path in run_files(paths)]
-
-
 def evaluate_file(
     path: Path, options: Options | None = None, limit_set: LimitSet | None = None
 ) -> RunEvaluation:

@@ -12,7 +12,6 @@ from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.problem import Problem
 from bufferstand.model.identification.response import Answer
 
-_DEEP_SHARE = 0.25
 _INNER_SHARE = 0.5
 _STANDING_SHARE = 0.02
 """Below this share of its half stroke's largest speed the spring stands."""
