@@ -35,8 +35,6 @@ LOCKS = {"run": "requirements-run.lock", "all": "requirements.lock"}
 """What is pinned for running only, and for everything: the first is a part of the second."""
 TESTED = ("numpy", "scipy", "pandas", "matplotlib")
 """Packages that bring their own tests: a tenth of the environment, which nothing imports."""
-PIP_SHOWS = "--progress-bar=off"
-"""Pip then writes a line for each package."""
 CALLED = "BUFFERSTAND_CALLED"
 """Environment variable that tells the commands how to print a command that can be typed as it is shown."""
 BUSY = "tests/main_job/test_busy_machine.py"
@@ -63,7 +61,7 @@ def installer() -> list[str]:
     """Return the command that installs into the environment: uv where there is one, else pip from outside."""
     uv = shutil.which("uv")
     if uv:
-        return [uv, "pip", "install", "--quiet", "--python", str(PYTHON)]
+        return [uv, "pip", "install", "--python", str(PYTHON)]
     probe = subprocess.run(
         [sys.executable, "-m", "pip", "--version"], capture_output=True, text=True, check=False
     )
@@ -73,26 +71,21 @@ def installer() -> list[str]:
     if version < OLDEST_PIP:
         stop(f"pip {version[0]}.{version[1]} is too old, 22.3 is needed: python3 -m pip install -U pip")
     # Compiled when first imported: of all that comes down only a part ever is.
-    return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--no-compile", PIP_SHOWS,
-            "--disable-pip-version-check", "--no-warn-script-location"]  # fmt: skip
+    return [sys.executable, "-m", "pip", "--python", str(PYTHON), "install", "--no-compile",
+            "--progress-bar=off", "--disable-pip-version-check", "--no-warn-script-location"]  # fmt: skip
 
 
-def install(*words: str) -> None:
-    """Install, and show that it goes on: uv does that itself, of pip each package is shown."""
-    command = [*installer(), *words]
-    if PIP_SHOWS not in command:
-        status = subprocess.run(command, cwd=ROOT, check=False).returncode
-    else:
-        fetched = 0
-        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
-            for line in process.stdout or ():
-                if line.startswith("Collecting "):
-                    fetched += 1
-                    show(f"{fetched}: {line.split()[1].partition('==')[0]}", passing=True)
-                elif line.startswith("Installing collected") and fetched > 1:
-                    show(f"{fetched} packages fetched; putting them in place ...")
-        status = process.returncode
-    if status != 0:
+def install(command: list[str], *words: str) -> None:
+    """Install, and show that it goes on: of pip each package; uv shows that itself, on standard error."""
+    fetched = 0
+    with subprocess.Popen([*command, *words], cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        for line in process.stdout or ():
+            if line.startswith("Collecting "):
+                fetched += 1
+                show(f"{fetched}: {line.split()[1].partition('==')[0]}", passing=True)
+            elif line.startswith("Installing collected") and fetched > 1:
+                show(f"{fetched} packages fetched; putting them in place ...")
+    if process.returncode != 0:
         stop("the installation failed; the lines above say why. Nothing else on this machine was changed")
 
 
@@ -117,8 +110,9 @@ def set_up(what: str = "all") -> None:
     if of != wanted:
         # Without pip inside: Debian's Python has no ensurepip, and the pip outside can install into it.
         venv.EnvBuilder(with_pip=False, clear=True).create(ENVIRONMENT)
-    install("--require-hashes", "-r", str(ROOT / LOCKS[what]))
-    install("--no-deps", "--no-build-isolation", "-e", str(ROOT))
+    command = installer()
+    install(command, "--require-hashes", "-r", str(ROOT / LOCKS[what]))
+    install(command, "--no-deps", "--no-build-isolation", "-e", str(ROOT))
     for package in TESTED:
         for folder in ENVIRONMENT.glob(f"lib/python*/site-packages/{package}/**/tests"):
             shutil.rmtree(folder, ignore_errors=True)

@@ -78,10 +78,11 @@ def test_one_made_for_running_grows_and_is_not_made_anew(
     start: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     installed: list[tuple[str, ...]] = []
+    monkeypatch.setattr(start, "installer", lambda: ["pip"])
     monkeypatch.setattr(start, "PYTHON", Path(sys.executable))
     monkeypatch.setattr(start, "ENVIRONMENT", tmp_path)
     monkeypatch.setattr(start, "STAMP", tmp_path / "stamp")
-    monkeypatch.setattr(start, "install", lambda *words: installed.append(words))
+    monkeypatch.setattr(start, "install", lambda _, *words: installed.append(words))
     monkeypatch.setattr(start.venv, "EnvBuilder", lambda **_: pytest.fail("it would be made anew"))
     (tmp_path / "stamp").write_text(f"run {start.fingerprint()}")
     start.set_up("all")
@@ -117,16 +118,15 @@ def test_what_runs_is_told_how_it_was_called(start: ModuleType, monkeypatch: pyt
 
 @pytest.mark.parametrize("status", [0, 1])
 def test_what_pip_fetches_is_shown_and_a_failure_told(
-    start: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], status: int
+    start: ModuleType, capsys: pytest.CaptureFixture[str], status: int
 ) -> None:
     said = "Collecting click==8 (from x)\\nCollecting numpy==2\\nInstalling collected packages: click"
-    pip = [sys.executable, "-c", f"print('{said}'); raise SystemExit({status})", start.PIP_SHOWS]
-    monkeypatch.setattr(start, "installer", lambda: pip)
+    pip = [sys.executable, "-c", f"print('{said}'); raise SystemExit({status})"]
     if status:
         with pytest.raises(SystemExit):
-            start.install("-r", "some.lock")
+            start.install(pip, "-r", "some.lock")
     else:
-        start.install("-r", "some.lock")
+        start.install(pip, "-r", "some.lock")
     shown = capsys.readouterr().err
     assert "2 packages fetched; putting them in place" in shown
     assert ("the installation failed" in shown) is bool(status)
