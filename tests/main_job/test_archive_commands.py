@@ -79,7 +79,7 @@ def test_compare(runs: list[Path]) -> None:
     assert "only in the old evaluation: h-30-1" in shown
     same = bufferstand("compare", "old.json", "old.json")
     assert same.stdout.splitlines() == ["2 runs compared", "no figure moved"]
-    for name, said in (("nothing.json", "no such file"), ("moves.csv", "no JSON")):
+    for name, said in (("nothing.json", "no such file"), ("moves.csv", "not valid JSON")):
         refused = bufferstand("compare", "old.json", name)
         assert refused.returncode == 2
         assert f"bufferstand: {name}: {said}" in refused.stderr
