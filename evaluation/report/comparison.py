@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
 from bufferstand.evaluation.report.build import notices_of
-from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, numbered
+from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, in_language, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
@@ -39,10 +39,11 @@ from bufferstand.evaluation.report.source import (
     conditions_of,
     missing_fields,
 )
+from bufferstand.evaluation.wording import joined, said
 
-_REST = (
-    "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the reports of the "
-    "campaigns; this report compares them."
+_REST = said(
+    "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the "
+    "reports of the campaigns; this report compares them."
 )
 
 
@@ -62,12 +63,15 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     whole = sides.whole
     version = (whole.document.get("software") or {}).get("version")
     compared = compared_of(conditions_of(sides))
-    specimens = [(f"Specimen {side.letter}: {side.name}", side.source) for side in sides.sides]
+    specimens = [
+        (said("Specimen {letter}: {name}", letter=side.letter, name=side.name), side.source)
+        for side in sides.sides
+    ]
     pictures = comparison_pictures(sides, compared)
     built = [
         amendment_section(whole),
         *comparison_sections(sides, compared),
-        Section("figures", "Figures", tuple(pictures[1:])) if pictures[1:] else None,
+        Section("figures", said("Figures"), tuple(pictures[1:])) if pictures[1:] else None,
         identification(specimens),
         runs_section(whole),
         conditions_section(whole),
@@ -86,9 +90,11 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
     ends = [run.ended for run in whole.runs if run.ended is not None]
-    return Content(
-        title="Test report: comparison of specimens",
-        subtitle=" · ".join(f"{side.letter}: {side.name}" for side in sides.sides),
+    content = Content(
+        title=said("Test report: comparison of specimens"),
+        subtitle=joined(
+            " · ", (said("{letter}: {name}", letter=side.letter, name=side.name) for side in sides.sides)
+        ),
         notices=notices_of(whole),
         missing=(
             *missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
@@ -97,11 +103,12 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         head=head(whole),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
-        software=f"bufferstand {version}" if version else "bufferstand",
+        software=said("bufferstand {version}", version=version) if version else "bufferstand",
         certificate=certificate,
         detailed=whole.detailed,
         mark=whole.mark,
     )
+    return in_language(content, whole.language)
 
 
 def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Texts:
@@ -113,23 +120,47 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
         known = [(row, apart) for row, apart in found if apart.normalised is not None]
         beyond = [(row, apart) for row, apart in known if apart.beyond]
         if not found:
-            sentences.append(f"{side.letter} ({side.name}): no step of it was run on {first.letter}, too.")
+            sentences.append(
+                said(
+                    "{letter} ({name}): no step of it was run on {letter_2}, too.",
+                    letter=side.letter,
+                    name=side.name,
+                    letter_2=first.letter,
+                )
+            )
             continue
-        sentence = (
-            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {len(found)} differences of "
-            f"{len({row.condition.number for row, _ in found})} steps, {len(beyond)} of them beyond their "
-            "expanded uncertainty."
+        sentence = said(
+            "{letter} ({name}) against {letter_2} ({name_2}): {count_of_found} differences of "
+            "{count_of_what} steps, {count_of_beyond} of them beyond their expanded uncertainty.",
+            letter=side.letter,
+            name=side.name,
+            letter_2=first.letter,
+            name_2=first.name,
+            count_of_found=len(found),
+            count_of_what=len({row.condition.number for row, _ in found}),
+            count_of_beyond=len(beyond),
         )
         if beyond:
-            sentence += f" Clearest: {_clearest(beyond)}."
+            sentence += said(" Clearest: {beyond}.", beyond=_clearest(beyond))
         if len(known) < len(found):
-            sentence += f" {len(found) - len(known)} have no uncertainty to be held against."
+            sentence += said(
+                " {count_of_found} have no uncertainty to be held against.",
+                count_of_found=len(found) - len(known),
+            )
         sentences.append(sentence)
     return Texts((*sentences, _REST))
 
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:
     row, apart = max(beyond, key=lambda one: abs(one[1].normalised or 0.0))
-    share = "" if apart.relative is None else f" {fixed(100.0 * apart.relative, 1)} %"
-    normalised = "" if apart.normalised is None else f" (E_n {fixed(apart.normalised, 1)})"
-    return f"{row.words} of step {row.condition.number},{share}{normalised}"
+    share = "" if apart.relative is None else said(" {relative} %", relative=fixed(100.0 * apart.relative, 1))
+    normalised = (
+        "" if apart.normalised is None else said(" (E_n {normalised})", normalised=fixed(apart.normalised, 1))
+    )
+    return said(
+        "{words} of step {number},{share}{normalised}",
+        words=row.words,
+        number=row.condition.number,
+        share=share,
+        normalised=normalised,
+    )

@@ -20,6 +20,7 @@ from bufferstand.evaluation.report.source import (
     Given,
     ReportFields,
     check_chosen,
+    language_for,
     read_source,
     side_by_side,
 )
@@ -133,7 +134,8 @@ def write_comparison(
     _check_sides(paths)
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
     check_chosen(sources, given.conformity)
-    sides = side_by_side(sources, given.fields or ReportFields())
+    fields = given.fields or ReportFields()
+    sides = side_by_side(sources, fields, language_for(fields, given.language))
     content = build_comparison(sides)
     written = _write(content, out, "comparison-report", formats)
     if table is not None:
@@ -173,7 +175,7 @@ def _check_sides(paths: Sequence[Path]) -> None:
 
 
 def _write(content: Content, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
-    figures = [draw(picture.plot) for picture in content.pictures()]
+    figures = [draw(picture.plot, content.language) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there. Side by side, because the
     # typesetter works without Python's lock.
     with ThreadPoolExecutor() as pool:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from bufferstand.cli.evaluation import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
 from bufferstand.foundation import BadInput, how_to_add
+
+if TYPE_CHECKING:
+    from bufferstand.evaluation.wording import Code
 
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
@@ -45,6 +49,11 @@ from bufferstand.foundation import BadInput, how_to_add
 @click.option(
     "--table", metavar="FILE.xlsx", type=FILE, help="Write every table, by cycle, too, as a workbook."
 )
+@click.option(
+    "--language",
+    type=click.Choice(["en", "de", "cs", "fr"]),
+    help="Language of the report (default: language in report.toml, else en).",
+)
 @judging_options
 def command(
     paths: tuple[Path, ...],
@@ -55,6 +64,7 @@ def command(
     model: Path | None,
     annex: str,
     table: Path | None,
+    language: Code | None,
     judging: JudgingOptions,
 ) -> None:
     """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
@@ -78,6 +88,7 @@ def command(
         model=model,
         conformity=judging.conformity,
         jobs=None,
+        language=language,
         detailed=annex == "full",
         earlier=None if before is None else load_evaluation(before),
     )

@@ -21,10 +21,12 @@ if TYPE_CHECKING:
         Texts,
         Tone,
         VerdictLine,
+        in_language,
         numbered,
     )
     from bufferstand.evaluation.report.content.numbers import (
         UNBROKEN,
+        day_text,
         fixed,
         limits_text,
         measured_cell,
@@ -55,7 +57,9 @@ __all__ = [
     "Texts",
     "Tone",
     "VerdictLine",
+    "day_text",
     "fixed",
+    "in_language",
     "limits_text",
     "measured_cell",
     "moment_of",

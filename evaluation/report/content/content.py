@@ -13,6 +13,7 @@ from itertools import count
 from typing import Any, Literal
 
 from bufferstand.evaluation.figures import Plot
+from bufferstand.evaluation.wording import ENGLISH, Language, spoken
 from bufferstand.foundation.files import content_hash
 
 _JUDGED = frozenset({"good", "bad", "open"})
@@ -198,6 +199,8 @@ class Content:
     detailed: bool = False
     mark: Image | None = None
     photo: Image | None = None
+    language: Language = ENGLISH
+    """In which it is written; its texts are in the hash, and so this need not be."""
 
     def __post_init__(self) -> None:
         anchors = [section.id for section in self.sections]
@@ -256,6 +259,13 @@ class Content:
         }
 
 
+def in_language(content: Content, language: Language) -> Content:
+    """Return a report's content with every text, number and time as a language has them."""
+    if language.is_plain:
+        return content
+    return replace(spoken(content, language), language=language)
+
+
 def numbered(
     certificate: Sequence[Block], sections: Iterable[Section]
 ) -> tuple[tuple[Block, ...], tuple[Section, ...]]:
@@ -281,7 +291,8 @@ def _plain(value: object) -> object:
     if isinstance(value, bytes):
         return sha256(value).hexdigest()
     if hasattr(value, "__dataclass_fields__"):
-        inner = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        fields = {name: getattr(value, name) for name in value.__dataclass_fields__}
+        inner = {name: _plain(part) for name, part in fields.items() if not isinstance(part, Language)}
         return {"is": type(value).__name__, **inner}
     return value
 

@@ -10,8 +10,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from bufferstand.evaluation.report.content import UNBROKEN, Content
+from bufferstand.evaluation.report.rendering.frame import frame_words
 
 _UNBROKEN = re.compile(UNBROKEN)
+_BRACES = re.compile(r"\{\w+\}")
 
 
 def render_html(content: Content, figures: Sequence[str]) -> str:
@@ -39,6 +41,7 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["kept"] = kept
+    environment.filters["filled"] = filled
     images = ["data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode() for svg in figures]
     types = {"png": "image/png", "jpg": "image/jpeg"}
     given = {
@@ -49,8 +52,22 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
     style, _, _ = environment.loader.get_source(environment, "report.css")
     # The style sheet is ours, not data: it must not be escaped.
     return environment.get_template("report.html.j2").render(
-        report=content.document(), images=images, given=given, style=Markup(style)
+        report=content.document(),
+        words=frame_words(content.language),
+        language=content.language.code,
+        images=images,
+        given=given,
+        style=Markup(style),
     )
+
+
+def filled(words: str, *parts: object) -> Markup:
+    """Return words with what a template puts into their braces, in their order."""
+    pieces = _BRACES.split(words)
+    out = [escape(pieces[0])]
+    for part, piece in zip(parts, pieces[1:], strict=True):
+        out += [escape(part), escape(piece)]
+    return Markup("").join(out)
 
 
 def kept(text: str) -> Markup:

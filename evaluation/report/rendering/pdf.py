@@ -14,6 +14,7 @@ import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
 from bufferstand.evaluation.report.content import UNBROKEN, Content, moment_of
+from bufferstand.evaluation.report.rendering.frame import frame_words
 from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
@@ -50,7 +51,9 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
             "the PDF report needs typst, which is not installed",
             remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
-    said = content.document() | {"unbroken": UNBROKEN}
+    language = content.language
+    own = {"unbroken": UNBROKEN, "words": frame_words(language), "language": language.code}
+    said = content.document() | own
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
     with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bufferstand.evaluation.report.content import Section, Sheet, Texts
 from bufferstand.evaluation.report.sections.identity import given
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import said
 
 
 def amendment_section(source: ReportSource) -> Section | None:
@@ -15,15 +16,15 @@ def amendment_section(source: ReportSource) -> Section | None:
     sheet = Sheet(
         "",
         (
-            ("Issued", given(fields.amends_issued)),
-            ("Reason", given(fields.amendment_reason)),
+            (said("Issued"), given(fields.amends_issued)),
+            (said("Reason"), given(fields.amendment_reason)),
         ),
     )
-    changes = fields.amendment_changes or ("Not stated: add amendment_changes to report.toml.",)
+    changes = fields.amendment_changes or (said("Not stated: add amendment_changes to report.toml."),)
     return Section(
         "amendment",
-        f"Amendment to report {fields.amends}",
-        (sheet, Texts(("What is different from that report:",)), Texts(changes, listed=True)),
+        said("Amendment to report {amends}", amends=fields.amends),
+        (sheet, Texts((said("What is different from that report:"),)), Texts(changes, listed=True)),
     )
 
 
@@ -32,4 +33,8 @@ def amendment_notice(source: ReportSource) -> tuple[str, ...]:
     fields = source.fields
     if not fields.amends:
         return ()
-    return (f"Amendment: this report replaces report {fields.amends}, which is no longer valid.",)
+    return (
+        said(
+            "Amendment: this report replaces report {amends}, which is no longer valid.", amends=fields.amends
+        ),
+    )

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.fields import (
         ReportFields,
+        language_for,
         missing_fields,
         read_fields,
     )
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
         NOT_RECORDED,
         ReportRun,
         ReportSource,
+        numbers_text,
         runs_text,
     )
     from bufferstand.evaluation.report.source.specimens import (
@@ -67,8 +69,10 @@ __all__ = [
     "check_chosen",
     "conditions_of",
     "energy_trace",
+    "language_for",
     "loop_of",
     "missing_fields",
+    "numbers_text",
     "purpose_texts",
     "purpose_warnings",
     "read_fields",

@@ -9,6 +9,7 @@ from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
+from bufferstand.evaluation.wording import ENGLISH, Language, joined, kind_words, said
 
 SAME_STROKE_MM = 2.0
 SAME_AMPLITUDE = 0.05
@@ -30,7 +31,7 @@ class ComparedSpecimen:
         """Specimen and folder, in words."""
         specimen = self.source.common("specimen", "id")
         known = specimen.text if specimen.tone != "missing" else ""
-        return f"{known} ({self.source.name})" if known else self.source.name
+        return said("{known} ({name})", known=known, name=self.source.name) if known else self.source.name
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,9 @@ class Condition:
     runs: tuple[ReportRun | None, ...]
 
 
-def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> ComparedSpecimens:
+def side_by_side(
+    sources: Sequence[ReportSource], fields: ReportFields, language: Language = ENGLISH
+) -> ComparedSpecimens:
     """Join sources into one, their runs numbered through.
 
     Parameters
@@ -59,6 +62,8 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         Two or more; the first is the reference.
     fields : ReportFields
         What the laboratory says of the comparison.
+    language : Language
+        In which the comparison is written.
     """
     sides, numbered = [], 0
     for place, source in enumerate(sources):
@@ -70,7 +75,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         sides.append(ComparedSpecimen(chr(ord("A") + place), replace(source, runs=runs)))
     rules = {source.decision_rule for source in sources}
     whole = ReportSource(
-        name=" vs ".join(source.name for source in sources),
+        name=joined(" vs ", (source.name for source in sources)),
         runs=tuple(run for side in sides for run in side.source.runs),
         document={
             "schema": "bufferstand/evaluation/1",
@@ -78,11 +83,16 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
             "runs": [entry for source in sources for entry in source.document.get("runs") or []],
         },
         fields=fields,
-        findings=tuple(f"{side.letter}: {text}" for side in sides for text in side.source.findings),
+        findings=tuple(
+            said("{letter}: {text}", letter=side.letter, text=text)
+            for side in sides
+            for text in side.source.findings
+        ),
         decision_rule=rules.pop() if len(rules) == 1 else None,
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
-        mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
+        language=language,
+        mark=read_image(fields.mark, "mark", said("Mark of the laboratory")),
     )
     return ComparedSpecimens(tuple(sides), whole)
 
@@ -142,7 +152,9 @@ def _within(one: ReportRun, two: ReportRun, name: str, least: float, share: floa
 def _words(run: ReportRun) -> str:
     if run.kind != "harmonic":
         speed = usable(run.result("speed_loading_max_mm_per_s"))
-        return run.kind + ("" if speed is None else f", {significant(speed, 2)} mm/s")
+        return kind_words(run.kind) + (
+            "" if speed is None else said(", {speed} mm/s", speed=significant(speed, 2))
+        )
     parts = [run.nominal(name) for name in ("prestress_mm", "amplitude_mm", "frequency_Hz")]
     mean, half, frequency = ("—" if part is None else significant(part, 3) for part in parts)
-    return f"{mean} ± {half} mm, {frequency} Hz"
+    return said("{mean} ± {half} mm, {frequency} Hz", mean=mean, half=half, frequency=frequency)
