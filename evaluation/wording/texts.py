@@ -214,9 +214,12 @@ def numeral(text: str) -> str:
     return Numeral._of(text)
 
 
-def moment(at: datetime) -> str:
-    """Return day and time with the offset: ``2026-03-05 14:02:11 UTC``; one without an offset is UTC."""
-    return Moment._of(f"{at:%Y-%m-%d %H:%M:%S} {offset_text(at)}", at=at)
+def moment(at: datetime, english: str | None = None) -> str:
+    """Return day and time with the offset: ``2026-03-05 14:02:11 UTC``; one without an offset is UTC.
+
+    ``english`` is what an English report without a time zone says in its place.
+    """
+    return Moment._of(english or f"{at:%Y-%m-%d %H:%M:%S} {offset_text(at)}", at=at)
 
 
 def span(first: datetime, last: datetime) -> str:

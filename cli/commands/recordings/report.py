@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from bufferstand.cli.evaluation import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
+from bufferstand.evaluation.wording import LANGUAGES, Code
 from bufferstand.foundation import BadInput, how_to_add
-
-if TYPE_CHECKING:
-    from bufferstand.evaluation.wording import Code
 
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
@@ -51,7 +48,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--language",
-    type=click.Choice(["en", "de", "cs", "fr"]),
+    type=click.Choice(LANGUAGES),
     help="Language of the report (default: language in report.toml, else en).",
 )
 @judging_options

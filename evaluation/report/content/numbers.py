@@ -134,9 +134,10 @@ def day_text(value: object) -> str:
     """Return a day of ISO 8601 as one that a language can say; another text as it is, empty for None."""
     text = str(value or "")
     try:
-        return day(date.fromisoformat(text))
+        at = date.fromisoformat(text)
     except ValueError:
         return text
+    return day(at) if at.isoformat() == text else text
 
 
 def moment_of(value: object) -> datetime | None:

@@ -16,6 +16,7 @@ from bufferstand.evaluation.report.content import (
     Texts,
     fixed,
     measured_cell,
+    moment_of,
     quantity_cell,
     significant,
     usable,
@@ -23,7 +24,7 @@ from bufferstand.evaluation.report.content import (
 from bufferstand.evaluation.report.sections.evidence import number_of
 from bufferstand.evaluation.report.sections.verdicts import verdict_cell
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, numbers_text
-from bufferstand.evaluation.wording import hold_words, joined, label, said
+from bufferstand.evaluation.wording import hold_words, joined, label, moment, said
 from bufferstand.foundation.channels import STROKE_CHANNELS
 
 Entry = Mapping[str, Any]
@@ -97,7 +98,7 @@ def _zeros_table(source: ReportSource) -> Table | None:
         (
             Column(said("Runs")),
             Column(said("By")),
-            Column(said("Found (UTC)")),
+            Column(said("Found (UTC)") if source.language.is_plain else said("Found")),
             *(Column(said("{label} ± U", label=label), unit) for _, label, unit in shown),
         ),
         tuple(_zero(numbers, zero, [name for name, _, _ in shown]) for numbers, zero in found.values()),
@@ -117,7 +118,7 @@ def _zero(numbers: Sequence[int], zero: Entry, names: Sequence[str]) -> tuple[Ce
     return (
         Cell(numbers_text(numbers)),
         Cell(by),
-        Cell(str(zero["found"])[:16].replace("T", " ")),
+        Cell(_found(str(zero["found"]))),
         *(
             Cell(DASH, "missing", said("this channel was not zeroed"))
             if one is None
@@ -125,6 +126,12 @@ def _zero(numbers: Sequence[int], zero: Entry, names: Sequence[str]) -> tuple[Ce
             for one in read
         ),
     )
+
+
+def _found(text: str) -> str:
+    """Return when a zero was found; in English to the minute, its heading names the zone."""
+    short, at = text[:16].replace("T", " "), moment_of(text)
+    return short if at is None else moment(at, english=short)
 
 
 def _contact(run: ReportRun, contact: Entry) -> tuple[Cell, ...]:

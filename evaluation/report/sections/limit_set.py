@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from bufferstand.evaluation.report.content import DASH, Cell, Column, Sheet, Table
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Sheet, Table, day_text
 from bufferstand.evaluation.report.source import ReportSource, runs_text
 from bufferstand.evaluation.wording import joined, numeral, said
 
@@ -68,7 +68,7 @@ def _sheet(limits: Mapping[str, Any], numbers: list[int]) -> Sheet:
 
 
 def _given(value: object, why: str = _NOT_STATED) -> Cell:
-    return Cell(str(value)) if value else Cell(DASH, "missing", why)
+    return Cell(day_text(value)) if value else Cell(DASH, "missing", why)
 
 
 def inspection_blocks(source: ReportSource) -> list[Sheet | Table]:
