@@ -162,9 +162,9 @@ def check() -> int:
 def test(arguments: list[str]) -> int:
     """Run every test, the fast, the slow or the told ones; return the first status that is not 0.
 
-    More at a time than there are processors, since those on real wires wait more than they reckon, and most of
-    the slow ones are on wires; a file of the main job (its tests share a campaign) on one worker; then, alone,
-    those that keep it busy.
+    More at a time than there are processors, since those on real wires wait more than they reckon, and most
+    of the slow ones are on wires; a file of the main job (its tests share a campaign) on one worker; then,
+    alone, those that keep it busy.
     """
     lanes = {"--fast", "--slow", "--long"}
     if any(argument not in lanes and not argument.startswith("--cov") for argument in arguments):
