@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
-from bufferstand.evaluation.report.build import notices_of
+from bufferstand.evaluation.report.build import missing_of, notices_of
 from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
@@ -15,15 +15,11 @@ from bufferstand.evaluation.report.sections import (
     compared_of,
     comparison_sections,
     conditions_section,
-    customer,
     data_section,
     deviations_section,
     head,
     identification,
-    laboratory,
-    missing_references,
     not_tested_section,
-    operator,
     opinions_section,
     recorded_section,
     remarks_section,
@@ -37,7 +33,6 @@ from bufferstand.evaluation.report.sections import (
 from bufferstand.evaluation.report.source import (
     ComparedSpecimens,
     conditions_of,
-    missing_fields,
 )
 
 _REST = (
@@ -90,10 +85,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         title="Test report: comparison of specimens",
         subtitle=" · ".join(f"{side.letter}: {side.name}" for side in sides.sides),
         notices=notices_of(whole),
-        missing=(
-            *missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
-            *missing_references(whole),
-        ),
+        missing=missing_of(whole),
         head=head(whole),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.source.model_answer import (
         ModelAnswer,
     )
+    from bufferstand.evaluation.report.source.number_range import (
+        is_pattern,
+        number_of_range,
+    )
     from bufferstand.evaluation.report.source.purposes import (
         check_chosen,
         purpose_texts,
@@ -67,8 +71,10 @@ __all__ = [
     "check_chosen",
     "conditions_of",
     "energy_trace",
+    "is_pattern",
     "loop_of",
     "missing_fields",
+    "number_of_range",
     "purpose_texts",
     "purpose_warnings",
     "read_fields",
