@@ -11,6 +11,7 @@ from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
     amendment_section,
+    appendix_sections,
     calibrations,
     compared_of,
     comparison_sections,
@@ -19,12 +20,14 @@ from bufferstand.evaluation.report.sections import (
     deviations_section,
     head,
     identification,
+    introduction_section,
     not_tested_section,
     opinions_section,
     recorded_section,
     remarks_section,
     rule_section,
     runs_section,
+    setup_section,
     signatures,
     software_section,
     targets_section,
@@ -61,10 +64,12 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     pictures = comparison_pictures(sides, compared)
     built = [
         amendment_section(whole),
+        introduction_section(whole),
         *comparison_sections(sides, compared),
         Section("figures", "Figures", tuple(pictures[1:])) if pictures[1:] else None,
         identification(specimens),
         runs_section(whole),
+        setup_section(whole),
         conditions_section(whole),
         deviations_section(whole),
         not_tested_section(whole, first_page=False),
@@ -77,6 +82,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         targets_section(whole),
         data_section(whole),
         software_section(whole),
+        *appendix_sections(whole),
     ]
     first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
@@ -93,6 +99,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         certificate=certificate,
         detailed=whole.detailed,
         mark=whole.mark,
+        accreditation=whole.accreditation,
     )
 
 

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
         Cell,
         Column,
         Content,
-        Image,
         Picture,
         Section,
         Sheet,
@@ -37,6 +36,13 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.prose import (
+        Image,
+        Mark,
+        Prose,
+        ProsePart,
+        Words,
+    )
 
 __all__ = [
     "DASH",
@@ -46,7 +52,10 @@ __all__ = [
     "Column",
     "Content",
     "Image",
+    "Mark",
     "Picture",
+    "Prose",
+    "ProsePart",
     "Section",
     "Sheet",
     "Signature",
@@ -55,6 +64,7 @@ __all__ = [
     "Texts",
     "Tone",
     "VerdictLine",
+    "Words",
     "fixed",
     "limits_text",
     "measured_cell",

@@ -18,6 +18,7 @@ from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
+_TEMPLATES = ("report.typ", "prose.typ")
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -53,14 +54,12 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     said = content.document() | {"unbroken": UNBROKEN}
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
-    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
-        folder = Path(name)
-        template = (
-            files("bufferstand.evaluation.report.rendering")
-            .joinpath("templates", "report.typ")
-            .read_text(encoding="utf-8")
-        )
-        (folder / "report.typ").write_text(template, encoding="utf-8")
+    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as temporary:
+        folder = Path(temporary)
+        templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
+        for name in _TEMPLATES:
+            template = templates.joinpath(name).read_text(encoding="utf-8")
+            (folder / name).write_text(template, encoding="utf-8")
         (folder / "report.json").write_text(document, encoding="utf-8")
         for given, image in content.given().items():
             (folder / f"{given}.{image.suffix}").write_bytes(image.data)

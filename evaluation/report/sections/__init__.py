@@ -54,6 +54,11 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.sections.model import (
         model_section,
     )
+    from bufferstand.evaluation.report.sections.own_texts import (
+        appendix_sections,
+        introduction_section,
+        setup_section,
+    )
     from bufferstand.evaluation.report.sections.plausibility import (
         plausibility_section,
         spoiled_notice,
@@ -101,6 +106,7 @@ __all__ = [
     "ComparedFigures",
     "amendment_notice",
     "amendment_section",
+    "appendix_sections",
     "as_recorded",
     "budgets_section",
     "calibrations",
@@ -120,6 +126,7 @@ __all__ = [
     "head",
     "history_section",
     "identification",
+    "introduction_section",
     "key_values",
     "laboratory",
     "missing_references",
@@ -137,6 +144,7 @@ __all__ = [
     "requirements_section",
     "rule_section",
     "runs_section",
+    "setup_section",
     "severity",
     "shown_loop",
     "signatures",

@@ -54,6 +54,16 @@ class ReportFields(Settings):
     """The laboratory's mark (PNG or JPEG), relative to this file."""
     specimen_photo: str = ""
     """A photo of the specimen (PNG or JPEG), relative to this file."""
+    setup_photo: str = ""
+    """A photo of the specimen in the stand (PNG or JPEG), relative to this file."""
+    accreditation_mark: str = ""
+    """The mark of the laboratory's accreditation (PNG or JPEG), relative to this file."""
+    accreditation_number: str = ""
+    """Its number; the mark is never shown without it (ILAC-P8)."""
+    introduction: str = ""
+    """A text in Markdown that stands before the results, relative to this file."""
+    appendices: _Lines = ()
+    """Texts in Markdown that stand at the end of the annex, relative to this file."""
     validation: str = ""
     """The record of ``bufferstand validate`` (validation.json), relative to this file (7.11.2)."""
     customer_supplied: _Lines = ()
@@ -67,7 +77,10 @@ class ReportFields(Settings):
     """What is different from that one."""
 
 
-_FILES = ("validation", "mark", "specimen_photo", "number_register")
+_FILES = (
+    *("validation", "mark", "specimen_photo", "setup_photo", "accreditation_mark"),
+    *("introduction", "number_register"),
+)
 """Keys that name a file relative to ``report.toml``."""
 _REQUIRED = {
     "laboratory_address": "address of the laboratory",
@@ -110,7 +123,16 @@ def read_fields(path: Path) -> ReportFields:
     fields = load_settings(path, ReportFields)
     named = {key: getattr(fields, key) for key in _FILES}
     fields = fields.model_copy(update={key: str(path.parent / name) for key, name in named.items() if name})
+    own = tuple(str(path.parent / name) for name in fields.appendices)
+    fields = fields.model_copy(update={"appendices": own})
     _check_number(fields, path)
+    if fields.accreditation_mark and not fields.accreditation_number:
+        raise BadInput(
+            "the mark of an accreditation is not shown without its number",
+            file=path,
+            place="accreditation_mark",
+            remedy="add accreditation_number",
+        )
     if fields.amends and not fields.amendment_reason:
         raise BadInput(
             f"the report amends {fields.amends} and does not say why",

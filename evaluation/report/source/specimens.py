@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
+from bufferstand.evaluation.report.source.own_parts import own_parts
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
 
 SAME_STROKE_MM = 2.0
@@ -83,6 +84,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
+        **own_parts(fields),
     )
     return ComparedSpecimens(tuple(sides), whole)
 
