@@ -59,13 +59,13 @@ def picture(path: Path, colour: tuple[int, int, int], size: tuple[int, int]) -> 
 def own(report: Made, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, list[str], str]:
     """HTML, the text of the PDF's pages, and the report's id."""
     folder = tmp_path_factory.mktemp("own")
-    (folder / "intro.md").write_text(INTRODUCTION, "utf-8")
-    (folder / "drawings.md").write_text(APPENDIX, "utf-8")
-    (folder / "plain.md").write_text("Only a sentence.\n", "utf-8")
+    (folder / "intro.markdown").write_text(INTRODUCTION, "utf-8")
+    (folder / "drawings.markdown").write_text(APPENDIX, "utf-8")
+    (folder / "plain.markdown").write_text("Only a sentence.\n", "utf-8")
     for name, colour in (("stand.png", (0, 90, 0)), ("set-up.jpg", (90, 0, 0)), ("ilac.png", (0, 0, 90))):
         picture(folder / name, colour, (300, 200))
     (folder / "report.toml").write_text(
-        'introduction = "intro.md"\nappendices = ["drawings.md", "plain.md"]\nsetup_photo = "set-up.jpg"\n'
+        'introduction = "intro.markdown"\nappendices = ["drawings.markdown", "plain.markdown"]\nsetup_photo = "set-up.jpg"\n'
         'accreditation_mark = "ilac.png"\naccreditation_number = "L 1234"\n',
         "utf-8",
     )
@@ -151,7 +151,7 @@ def test_they_are_part_of_the_id(report: Made, own: tuple[str, list[str], str]) 
         ("words ![x](a.png)\n", "line 1: a picture within a line"),
         ("![lost](a.png)\n", "line 1: a.png: the picture cannot be read: No such file"),
         ("[x](javascript:alert)\n", "leads nowhere"),
-        ("[x](notes.md)\n", "line 1: the link to “notes.md” leads nowhere"),
+        ("[x](notes.markdown)\n", "line 1: the link to “notes.markdown” leads nowhere"),
         ("a\n\n# two\n", "line 3: a heading “#” that is not the first line"),
         ("a\n\n#### four\n", "line 3: a heading “####”"),
         ("# only\n", "there is no text in it"),
@@ -162,7 +162,7 @@ def test_they_are_part_of_the_id(report: Made, own: tuple[str, list[str], str]) 
 def test_what_a_report_does_not_take_is_refused_by_file_and_line(
     tmp_path: Path, text: str, said: str
 ) -> None:
-    file = tmp_path / "intro.md"
+    file = tmp_path / "intro.markdown"
     file.write_text(text, "utf-8")
     with pytest.raises(BadInput, match=re.escape(said)) as refused:
         read_own_text(str(file))
@@ -171,10 +171,10 @@ def test_what_a_report_does_not_take_is_refused_by_file_and_line(
 
 def test_a_text_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="no such file"):
-        read_own_text(str(tmp_path / "intro.md"))
-    (tmp_path / "intro.md").write_bytes(b"\xff\xfe")
+        read_own_text(str(tmp_path / "intro.markdown"))
+    (tmp_path / "intro.markdown").write_bytes(b"\xff\xfe")
     with pytest.raises(BadInput, match="not UTF-8"):
-        read_own_text(str(tmp_path / "intro.md"))
+        read_own_text(str(tmp_path / "intro.markdown"))
 
 
 def test_a_mark_of_accreditation_without_its_number_is_refused(tmp_path: Path) -> None:
