@@ -124,6 +124,7 @@ def build_content(source: ReportSource) -> Content:
         mark=source.mark,
         photo=source.photo,
         accreditation=source.accreditation,
+        template=source.template,
     )
 
 

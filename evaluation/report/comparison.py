@@ -100,6 +100,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         detailed=whole.detailed,
         mark=whole.mark,
         accreditation=whole.accreditation,
+        template=whole.template,
     )
 
 

@@ -65,7 +65,8 @@ def own(report: Made, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, li
     for name, colour in (("stand.png", (0, 90, 0)), ("set-up.jpg", (90, 0, 0)), ("ilac.png", (0, 0, 90))):
         picture(folder / name, colour, (300, 200))
     (folder / "report.toml").write_text(
-        'introduction = "intro.markdown"\nappendices = ["drawings.markdown", "plain.markdown"]\nsetup_photo = "set-up.jpg"\n'
+        'introduction = "intro.markdown"\nappendices = ["drawings.markdown", "plain.markdown"]\n'
+        'setup_photo = "set-up.jpg"\n'
         'accreditation_mark = "ilac.png"\naccreditation_number = "L 1234"\n',
         "utf-8",
     )

@@ -36,6 +36,10 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.own_template import (
+        OwnTemplate,
+        TemplateFile,
+    )
     from bufferstand.evaluation.report.content.prose import (
         Image,
         Mark,
@@ -53,6 +57,7 @@ __all__ = [
     "Content",
     "Image",
     "Mark",
+    "OwnTemplate",
     "Picture",
     "Prose",
     "ProsePart",
@@ -61,6 +66,7 @@ __all__ = [
     "Signature",
     "Signatures",
     "Table",
+    "TemplateFile",
     "Texts",
     "Tone",
     "VerdictLine",

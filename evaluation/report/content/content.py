@@ -6,13 +6,14 @@ Every number is already text, rounded and with its unit; a missing one is a dash
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from hashlib import sha256
 from itertools import count
 from typing import Any, Literal
 
 from bufferstand.evaluation.figures import Plot
+from bufferstand.evaluation.report.content.own_template import OwnTemplate
 from bufferstand.evaluation.report.content.prose import Image, Prose
 from bufferstand.foundation.files import content_hash
 
@@ -192,6 +193,8 @@ class Content:
     mark: Image | None = None
     photo: Image | None = None
     accreditation: Image | None = None
+    template: OwnTemplate | None = None
+    """What the laboratory puts in the place of blocks of the shipped templates."""
 
     def __post_init__(self) -> None:
         anchors = [section.id for section in self.sections]
@@ -282,7 +285,8 @@ def _plain(value: object) -> object:
     if isinstance(value, bytes):
         return sha256(value).hexdigest()
     if hasattr(value, "__dataclass_fields__"):
-        inner = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        said = [one.name for one in fields(value) if one.metadata.get("said", True)]  # type: ignore[arg-type]
+        inner = {name: _plain(getattr(value, name)) for name in said}
         return {"is": type(value).__name__, **inner}
     return value
 

@@ -64,6 +64,8 @@ class ReportFields(Settings):
     """A text in Markdown that stands before the results, relative to this file."""
     appendices: _Lines = ()
     """Texts in Markdown that stand at the end of the annex, relative to this file."""
+    template: str = ""
+    """A folder with templates that override documented blocks of the shipped ones, relative to this file."""
     validation: str = ""
     """The record of ``bufferstand validate`` (validation.json), relative to this file (7.11.2)."""
     customer_supplied: _Lines = ()
@@ -79,7 +81,7 @@ class ReportFields(Settings):
 
 _FILES = (
     *("validation", "mark", "specimen_photo", "setup_photo", "accreditation_mark"),
-    *("introduction", "number_register"),
+    *("introduction", "number_register", "template"),
 )
 """Keys that name a file relative to ``report.toml``."""
 _REQUIRED = {

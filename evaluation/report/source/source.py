@@ -9,7 +9,7 @@ from typing import Any
 
 from bufferstand.evaluation.facts import Extreme, not_whole
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.report.content import DASH, Cell, Image, moment_of, usable
+from bufferstand.evaluation.report.content import DASH, Cell, Image, OwnTemplate, moment_of, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
 from bufferstand.evaluation.report.source.own_text import OwnText
@@ -275,6 +275,8 @@ class ReportSource:
     introduction: OwnText | None = None
     appendices: tuple[OwnText, ...] = ()
     """Texts of the laboratory's own."""
+    template: OwnTemplate | None = None
+    """What it puts in the place of blocks of the shipped templates."""
     detailed: bool = False
     """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
 
