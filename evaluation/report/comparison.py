@@ -32,9 +32,12 @@ from bufferstand.evaluation.report.sections import (
     software_section,
     targets_section,
     warnings_section,
+    why_unmatched,
 )
 from bufferstand.evaluation.report.source import (
+    ComparedSpecimen,
     ComparedSpecimens,
+    Condition,
     conditions_of,
 )
 
@@ -113,12 +116,13 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
         known = [(row, apart) for row, apart in found if apart.normalised is not None]
         beyond = [(row, apart) for row, apart in known if apart.beyond]
         if not found:
-            sentences.append(f"{side.letter} ({side.name}): no step of it was run on {first.letter}, too.")
+            sentences.append(_nothing_found(side, first, conditions_of(sides), place))
             continue
+        differences = _counted(len(found), "difference")
+        steps = _counted(len({row.condition.number for row, _ in found}), "step")
         sentence = (
-            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {len(found)} differences of "
-            f"{len({row.condition.number for row, _ in found})} steps, {len(beyond)} of them beyond their "
-            "expanded uncertainty."
+            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {differences} of {steps}, "
+            f"{len(beyond)} of them beyond their expanded uncertainty."
         )
         if beyond:
             sentence += f" Clearest: {_clearest(beyond)}."
@@ -126,6 +130,23 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
             sentence += f" {len(found) - len(known)} have no uncertainty to be held against."
         sentences.append(sentence)
     return Texts((*sentences, _REST))
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def _nothing_found(
+    side: ComparedSpecimen, first: ComparedSpecimen, conditions: Sequence[Condition], place: int
+) -> str:
+    """Return why a specimen differs from the first in nothing: no shared step, or none with results."""
+    named = f"{side.letter} ({side.name}) and {first.letter} ({first.name})"
+    shared = [one for one in conditions if one.runs[0] is not None and one.runs[place] is not None]
+    if shared:
+        return f"{named} cannot be compared: {_counted(len(shared), 'step')} of both gave no result of both."
+    run = next((part for whole in side.source.runs for part in whole.parts), None)
+    why = "" if run is None else f" Run {run.label}, for one: {why_unmatched(run, first)}."
+    return f"{named} cannot be compared: they share no step.{why}"
 
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:

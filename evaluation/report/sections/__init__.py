@@ -95,6 +95,9 @@ if TYPE_CHECKING:
         targets_section,
         warnings_section,
     )
+    from bufferstand.evaluation.report.sections.unmatched import (
+        why_unmatched,
+    )
     from bufferstand.evaluation.report.sections.verdicts import (
         requirements_section,
         severity,
@@ -157,6 +160,7 @@ __all__ = [
     "temperature_section",
     "value_cell",
     "warnings_section",
+    "why_unmatched",
     "with_added",
     "worst",
 ]

@@ -47,17 +47,24 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.specimens import (
         MOST_SIDES,
+        ComparedSpecimen,
         ComparedSpecimens,
         Condition,
         alone,
         conditions_of,
         side_by_side,
+        step_words,
+    )
+    from bufferstand.evaluation.report.source.step_matching import (
+        nearest_step,
+        step_differences,
     )
 
 __all__ = [
     "MOST_SIDES",
     "NOT_RECORDED",
     "CampaignClock",
+    "ComparedSpecimen",
     "ComparedSpecimens",
     "Condition",
     "Given",
@@ -74,6 +81,7 @@ __all__ = [
     "is_pattern",
     "loop_of",
     "missing_fields",
+    "nearest_step",
     "number_of_range",
     "purpose_texts",
     "purpose_warnings",
@@ -81,6 +89,8 @@ __all__ = [
     "read_source",
     "runs_text",
     "side_by_side",
+    "step_differences",
+    "step_words",
     "steps_of",
     "stroke_trace",
     "temperature_traces",
