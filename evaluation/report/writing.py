@@ -14,6 +14,7 @@ from bufferstand.evaluation.figures import draw
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.numbering import with_number
 from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
 from bufferstand.evaluation.report.source import (
     MOST_SIDES,
@@ -87,6 +88,7 @@ def write_report(
     _check_workbook(table)
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
+    source = with_number(source)
     written = _write(build_content(source), out, f"{source.name}-report", formats)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
@@ -134,6 +136,7 @@ def write_comparison(
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
     check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
+    sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
     written = _write(content, out, "comparison-report", formats)
     if table is not None:

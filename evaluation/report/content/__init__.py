@@ -11,7 +11,6 @@ if TYPE_CHECKING:
         Cell,
         Column,
         Content,
-        Image,
         Picture,
         Section,
         Sheet,
@@ -37,6 +36,17 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.own_template import (
+        OwnTemplate,
+        TemplateFile,
+    )
+    from bufferstand.evaluation.report.content.prose import (
+        Image,
+        Mark,
+        Prose,
+        ProsePart,
+        Words,
+    )
 
 __all__ = [
     "DASH",
@@ -46,15 +56,21 @@ __all__ = [
     "Column",
     "Content",
     "Image",
+    "Mark",
+    "OwnTemplate",
     "Picture",
+    "Prose",
+    "ProsePart",
     "Section",
     "Sheet",
     "Signature",
     "Signatures",
     "Table",
+    "TemplateFile",
     "Texts",
     "Tone",
     "VerdictLine",
+    "Words",
     "fixed",
     "limits_text",
     "measured_cell",

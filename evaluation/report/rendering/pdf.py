@@ -14,10 +14,17 @@ import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
 from bufferstand.evaluation.report.content import UNBROKEN, Content, moment_of
+from bufferstand.evaluation.report.rendering.overridden_typst import (
+    TYPST_BLOCKS,
+    lay_out,
+    typst_refusal,
+    typst_warned,
+)
 from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
+_TEMPLATES = ("report.typ", "prose.typ")
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -39,7 +46,8 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     Raises
     ------
     BadInput
-        If typst is not installed, or the font lacks a letter: it would be printed as a box.
+        If typst is not installed, the font lacks a letter (it would be printed as a box), or the laboratory's
+        own template is none, with its file and line.
     RuntimeError
         If the typesetter warns or fails.
     """
@@ -50,18 +58,17 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
             "the PDF report needs typst, which is not installed",
             remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
-    said = content.document() | {"unbroken": UNBROKEN}
+    said = content.document() | {"unbroken": UNBROKEN, "overridable": list(TYPST_BLOCKS)}
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
-    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
-        folder = Path(name)
-        template = (
-            files("bufferstand.evaluation.report.rendering")
-            .joinpath("templates", "report.typ")
-            .read_text(encoding="utf-8")
-        )
-        (folder / "report.typ").write_text(template, encoding="utf-8")
+    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as temporary:
+        folder = Path(temporary)
+        templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
+        for name in _TEMPLATES:
+            template = templates.joinpath(name).read_text(encoding="utf-8")
+            (folder / name).write_text(template, encoding="utf-8")
         (folder / "report.json").write_text(document, encoding="utf-8")
+        lay_out(content.template, folder)
         for given, image in content.given().items():
             (folder / f"{given}.{image.suffix}").write_bytes(image.data)
         for number, svg in enumerate(figures, start=1):
@@ -76,9 +83,9 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
                 pdf_standards="a-2b",
             )
         except typst.TypstError as error:
-            raise RuntimeError(f"typst could not set the report: {error.message}") from error
+            raise typst_refusal(content.template, error) from error
     if warnings:
-        raise RuntimeError("typst warned: " + "; ".join(str(warning.message) for warning in warnings))
+        raise typst_warned(content.template, warnings)
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
     return pdf
