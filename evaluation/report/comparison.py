@@ -80,7 +80,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         remarks_section(whole),
         recorded_section(whole),
         targets_section(whole),
-        data_section(whole),
+        data_section(whole, sides.evaluations),
         software_section(whole),
     ]
     first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))

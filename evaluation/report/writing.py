@@ -11,11 +11,13 @@ from typing import Any
 
 from bufferstand.evaluation.document import check_table_name
 from bufferstand.evaluation.figures import draw
+from bufferstand.evaluation.report.attachments import attachments_of
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
-from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.content import Attachment, Content
 from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
 from bufferstand.evaluation.report.source import (
+    EVALUATION_NAME,
     MOST_SIDES,
     Given,
     ReportFields,
@@ -27,11 +29,14 @@ from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import replaced_whole
 
 
-def _html(content: Content, figures: Sequence[str]) -> bytes:
+def _html(content: Content, figures: Sequence[str], _: Sequence[Attachment]) -> bytes:
     return render_html(content, figures).encode()
 
 
-_RENDERERS: Mapping[str, Callable[[Content, Sequence[str]], bytes]] = {"html": _html, "pdf": render_pdf}
+_RENDERERS: Mapping[str, Callable[[Content, Sequence[str], Sequence[Attachment]], bytes]] = {
+    "html": _html,
+    "pdf": render_pdf,
+}
 
 
 def pdf_available() -> bool:
@@ -87,7 +92,9 @@ def write_report(
     _check_workbook(table)
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
-    written = _write(build_content(source), out, f"{source.name}-report", formats)
+    content = build_content(source)
+    attached = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json})
+    written = _write(content, attached, out, f"{source.name}-report", formats)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
     return written
@@ -135,7 +142,8 @@ def write_comparison(
     check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
     content = build_comparison(sides)
-    written = _write(content, out, "comparison-report", formats)
+    attached = attachments_of(content, sides.whole, sides.evaluations)
+    written = _write(content, attached, out, "comparison-report", formats)
     if table is not None:
         written.append(_write_workbook(content, table))
     return written
@@ -172,13 +180,19 @@ def _check_sides(paths: Sequence[Path]) -> None:
         seen.add(path.resolve())
 
 
-def _write(content: Content, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
+def _write(
+    content: Content, attached: Sequence[Attachment], out: Path, name: str, formats: Sequence[str]
+) -> list[Path]:
     figures = [draw(picture.plot) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there. Side by side, because the
     # typesetter works without Python's lock.
     with ThreadPoolExecutor() as pool:
         rendered = dict(
-            zip(formats, pool.map(lambda kind: _RENDERERS[kind](content, figures), formats), strict=True)
+            zip(
+                formats,
+                pool.map(lambda kind: _RENDERERS[kind](content, figures, attached), formats),
+                strict=True,
+            )
         )
     written = []
     try:

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.report.content.attachment import (
+        Attachment,
+    )
     from bufferstand.evaluation.report.content.content import (
         DASH,
         Block,
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DASH",
     "UNBROKEN",
+    "Attachment",
     "Block",
     "Cell",
     "Column",

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         read_source,
     )
     from bufferstand.evaluation.report.source.source import (
+        EVALUATION_NAME,
         NOT_RECORDED,
         ReportRun,
         ReportSource,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "EVALUATION_NAME",
     "MOST_SIDES",
     "NOT_RECORDED",
     "CampaignClock",

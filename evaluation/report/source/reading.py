@@ -167,7 +167,7 @@ def read_source(
     else:
         rule = document.get("decision_rule")
     entries = _entries(document)
-    runs = tuple(_report_run(number, one, entries) for number, one in enumerate(loaded, start=1))
+    runs = tuple(_report_run(number, one, entries, path) for number, one in enumerate(loaded, start=1))
     runs, statements, document = with_purposes(runs, document, given.conformity)
     fields = given.fields
     if fields is None:
@@ -237,7 +237,14 @@ def _entries(document: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     return {str(entry["run"]["id"]): entry for entry in document.get("runs") or []}
 
 
-def _report_run(number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, Any]]) -> ReportRun:
+def _place(file: Path, given: Path) -> str:
+    """Return where a run file is below the folder that is reported on; a file that is given is only named."""
+    return file.relative_to(given).as_posix() if file != given and file.is_relative_to(given) else file.name
+
+
+def _report_run(
+    number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, Any]], given: Path
+) -> ReportRun:
     run = loaded.run
     evaluated = entries.get(run.id)
     if evaluated is None:
@@ -264,4 +271,5 @@ def _report_run(number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, 
         evaluated=evaluated,
         record=loaded.record,
         problem=loaded.problem,
+        place=_place(run.path, given),
     )

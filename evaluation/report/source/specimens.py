@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
-from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
+from bufferstand.evaluation.report.source.source import EVALUATION_NAME, ReportRun, ReportSource
 
 SAME_STROKE_MM = 2.0
 SAME_AMPLITUDE = 0.05
@@ -39,6 +39,12 @@ class ComparedSpecimens:
 
     sides: tuple[ComparedSpecimen, ...]
     whole: ReportSource
+
+    @property
+    def evaluations(self) -> dict[str, bytes]:
+        """The evaluation of each side as JSON, by the name of the file that the PDF has inside."""
+        stem, _, ending = EVALUATION_NAME.rpartition(".")
+        return {f"{stem}-{side.letter}.{ending}": side.source.evaluation_json for side in self.sides}
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,56 @@
+"""What the PDF of a report has inside: its evaluation, and what it rests on with hashes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bufferstand.evaluation.report.content import Attachment, Content
+from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.foundation.files import canonical_json
+
+PROOF_NAME = "proof.json"
+PROOF_SCHEMA = "bufferstand/report-proof/1"
+
+
+def attachments_of(
+    content: Content, source: ReportSource, evaluations: Mapping[str, bytes]
+) -> tuple[Attachment, ...]:
+    """Return the files that the PDF of a report has inside.
+
+    Parameters
+    ----------
+    content : Content
+        The report.
+    source : ReportSource
+        What it is made from; of a comparison, the whole of it.
+    evaluations : mapping of str to bytes
+        Evaluation documents as JSON, by the name of the file.
+
+    Returns
+    -------
+    tuple of Attachment
+        The evaluations, then :data:`PROOF_NAME`: the same bytes for the same report.
+    """
+    documents = tuple(
+        Attachment(name, "Evaluation document that the report is made from", "application/json", data)
+        for name, data in evaluations.items()
+    )
+    proof = canonical_json(_proof(content, source, documents)).encode()
+    told = "What the report rests on: run files and evaluation, with their hashes"
+    return (*documents, Attachment(PROOF_NAME, told, "application/json", proof))
+
+
+def _proof(content: Content, source: ReportSource, documents: tuple[Attachment, ...]) -> dict[str, Any]:
+    return {
+        "schema": PROOF_SCHEMA,
+        "report": content.report_id,
+        "number": source.fields.number,
+        "draft": bool(content.missing),
+        "software": content.software,
+        "evaluations": [{"file": one.name, "sha256": one.sha256} for one in documents],
+        "runs": [
+            {"number": run.number, "id": run.id, "file": run.file, "sha256": run.sha256}
+            for run in source.runs
+        ],
+    }
