@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from bufferstand.evaluation.report.content import Attachment, Content
+from bufferstand.evaluation.report.report_file import PROOF_NAME, PROOF_SCHEMA
 from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.foundation.files import canonical_json
-
-PROOF_NAME = "proof.json"
-PROOF_SCHEMA = "bufferstand/report-proof/1"
 
 
 def attachments_of(
@@ -42,10 +40,20 @@ def attachments_of(
 
 
 def _proof(content: Content, source: ReportSource, documents: tuple[Attachment, ...]) -> dict[str, Any]:
+    fields = source.fields
+    amends = None
+    if fields.amends:
+        amends = {
+            "report": fields.amends,
+            "sha256": source.predecessor.sha256 if source.predecessor else None,
+            "issued": fields.amends_issued.isoformat() if fields.amends_issued else None,
+            "reason": fields.amendment_reason,
+            "changes": list(fields.amendment_changes),
+        }
     return {
         "schema": PROOF_SCHEMA,
         "report": content.report_id,
-        "number": source.fields.number,
+        "number": fields.number,
         "draft": bool(content.missing),
         "software": content.software,
         "evaluations": [{"file": one.name, "sha256": one.sha256} for one in documents],
@@ -53,4 +61,5 @@ def _proof(content: Content, source: ReportSource, documents: tuple[Attachment, 
             {"number": run.number, "id": run.id, "file": run.file, "sha256": run.sha256}
             for run in source.runs
         ],
+        "amends": amends,
     }

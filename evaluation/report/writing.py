@@ -16,6 +16,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Attachment, Content
 from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
+from bufferstand.evaluation.report.signing import SigningKey, signed
 from bufferstand.evaluation.report.source import (
     EVALUATION_NAME,
     MOST_SIDES,
@@ -25,7 +26,7 @@ from bufferstand.evaluation.report.source import (
     read_source,
     side_by_side,
 )
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.foundation.files import replaced_whole
 
 
@@ -57,6 +58,7 @@ def write_report(
     document: Mapping[str, Any] | None = None,
     given: Given | None = None,
     table: Path | None = None,
+    key: SigningKey | None = None,
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
 
@@ -75,12 +77,14 @@ def write_report(
         How to evaluate, and what to show besides: fields, model, earlier evaluation.
     table : Path, optional
         A workbook (.xlsx) for the tables of the report, those by cycle and behind the figures, too.
+    key : SigningKey, optional
+        Signs the PDF (:func:`bufferstand.evaluation.report.signing.open_key`).
 
     Returns
     -------
     list of Path
         The files written, in the order of ``formats``, the workbook last. The same runs, document and
-        ``report.toml`` give the same bytes.
+        ``report.toml`` give the same bytes, up to the signature.
 
     Raises
     ------
@@ -90,11 +94,13 @@ def write_report(
     """
     _check_formats(formats)
     _check_workbook(table)
+    _check_signing(key, formats)
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
+    _check_kept(source.fields, out / f"{source.name}-report.pdf")
     content = build_content(source)
     attached = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json})
-    written = _write(content, attached, out, f"{source.name}-report", formats)
+    written = _write(content, attached, out, f"{source.name}-report", formats, key)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
     return written
@@ -107,6 +113,7 @@ def write_comparison(
     formats: Sequence[str] = ("html", "pdf"),
     given: Given | None = None,
     table: Path | None = None,
+    key: SigningKey | None = None,
 ) -> list[Path]:
     """Write the report that sets several specimens or campaigns side by side; the first is the reference.
 
@@ -114,7 +121,7 @@ def write_comparison(
     ----------
     paths : sequence of Path
         Two or more run files or campaign folders.
-    out, formats, table
+    out, formats, table, key
         As of :func:`write_report`.
     given : Given, optional
         How to evaluate. Its fields are those of the comparison; the campaigns' own are not used.
@@ -131,6 +138,7 @@ def write_comparison(
     """
     _check_formats(formats)
     _check_workbook(table)
+    _check_signing(key, formats)
     given = given or Given()
     if given.model is not None or given.earlier is not None:
         raise BadInput(
@@ -141,9 +149,10 @@ def write_comparison(
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
     check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
+    _check_kept(sides.whole.fields, out / "comparison-report.pdf")
     content = build_comparison(sides)
     attached = attachments_of(content, sides.whole, sides.evaluations)
-    written = _write(content, attached, out, "comparison-report", formats)
+    written = _write(content, attached, out, "comparison-report", formats, key)
     if table is not None:
         written.append(_write_workbook(content, table))
     return written
@@ -161,6 +170,25 @@ def _write_workbook(content: Content, table: Path) -> Path:
     with replaced_whole(table) as place:
         place.write_bytes(render_workbook(content))
     return table
+
+
+def _check_signing(key: SigningKey | None, formats: Sequence[str]) -> None:
+    if key is not None and "pdf" not in formats:
+        raise BadInput(
+            "a signature is part of the PDF, and none is written",
+            file="--sign",
+            remedy=f"install typst ({how_to_add('pdf')}), or do not sign",
+        )
+
+
+def _check_kept(fields: ReportFields, target: Path) -> None:
+    """Refuse to write an amended report over the one that it replaces: that is on record with its hash."""
+    if fields.amends_report and Path(fields.amends_report).resolve() == target.resolve():
+        raise BadInput(
+            "the amended report would take the place of the one that it replaces",
+            file=target,
+            remedy="choose another folder: both are kept",
+        )
 
 
 def _check_formats(formats: Sequence[str]) -> None:
@@ -181,7 +209,12 @@ def _check_sides(paths: Sequence[Path]) -> None:
 
 
 def _write(
-    content: Content, attached: Sequence[Attachment], out: Path, name: str, formats: Sequence[str]
+    content: Content,
+    attached: Sequence[Attachment],
+    out: Path,
+    name: str,
+    formats: Sequence[str],
+    key: SigningKey | None,
 ) -> list[Path]:
     figures = [draw(picture.plot) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there. Side by side, because the
@@ -194,6 +227,9 @@ def _write(
                 strict=True,
             )
         )
+    if key is not None:
+        state = "draft of report" if content.missing else "report"
+        rendered["pdf"] = signed(rendered["pdf"], key, reason=f"{state} {content.report_id}")
     written = []
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
 
 from bufferstand.cli.evaluation import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
+from bufferstand.cli.passwords import SIGN_PASSWORD, sign_password
 from bufferstand.foundation import BadInput, how_to_add
 
 
@@ -45,6 +47,17 @@ from bufferstand.foundation import BadInput, how_to_add
 @click.option(
     "--table", metavar="FILE.xlsx", type=FILE, help="Write every table, by cycle, too, as a workbook."
 )
+@click.option(
+    "--sign",
+    metavar="KEY.p12|pkcs11:…",
+    help="Sign the PDF (PAdES) with this key: a PKCS#12 file, or a token's address (RFC 7512).",
+)
+@click.option(
+    "--sign-password-file",
+    metavar="FILE",
+    type=FILE,
+    help=f"Its first line is the key's password or PIN (default: {SIGN_PASSWORD}, else asked for).",
+)
 @judging_options
 def command(
     paths: tuple[Path, ...],
@@ -55,6 +68,8 @@ def command(
     model: Path | None,
     annex: str,
     table: Path | None,
+    sign: str | None,
+    sign_password_file: Path | None,
     judging: JudgingOptions,
 ) -> None:
     """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
@@ -66,8 +81,13 @@ def command(
     """
     from bufferstand.evaluation.archive import load_evaluation
     from bufferstand.evaluation.report import formats_here, write_comparison, write_report
+    from bufferstand.evaluation.report.signing import open_key
     from bufferstand.evaluation.report.source import Given, read_fields
 
+    if sign is None and sign_password_file is not None:
+        raise BadInput(
+            "a password of a key, and no key", file="--sign-password-file", remedy="add --sign KEY.p12"
+        )
     formats = formats_here()
     if "pdf" not in formats:
         warn(f"no PDF: typst is not installed; {how_to_add('pdf')} adds it")
@@ -81,14 +101,18 @@ def command(
         detailed=annex == "full",
         earlier=None if before is None else load_evaluation(before),
     )
-    if len(paths) > 1:
-        if evaluation is not None:
-            raise BadInput(
-                "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+    if len(paths) > 1 and evaluation is not None:
+        raise BadInput(
+            "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+        )
+    # The key is looked at before anything is evaluated: what is wrong with it is known at once.
+    with nullcontext() if sign is None else open_key(sign, sign_password(sign_password_file)) as key:
+        if len(paths) > 1:
+            written = write_comparison(paths, out, formats=formats, given=given, table=table, key=key)
+        else:
+            document = None if evaluation is None else load_evaluation(evaluation)
+            written = write_report(
+                paths[0], out, formats=formats, document=document, given=given, table=table, key=key
             )
-        written = write_comparison(paths, out, formats=formats, given=given, table=table)
-    else:
-        document = None if evaluation is None else load_evaluation(evaluation)
-        written = write_report(paths[0], out, formats=formats, document=document, given=given, table=table)
     for file in written:
         click.echo(file)

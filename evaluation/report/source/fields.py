@@ -57,6 +57,8 @@ class ReportFields(Settings):
     """Data that the customer supplied, for which the laboratory does not answer."""
     amends: str = ""
     """Id of the report that this one replaces (7.8.8)."""
+    amends_report: str = ""
+    """The PDF of that report, relative to this file: its id, its hash and what changed are taken from it."""
     amends_issued: Day | None = None
     """When that one was issued."""
     amendment_reason: str = ""
@@ -82,6 +84,10 @@ _OF_AN_AMENDMENT = {
 }
 
 
+_FILES = ("validation", "mark", "specimen_photo", "amends_report")
+"""Keys that name a file relative to the one they stand in."""
+
+
 def load_fields(folder: Path) -> ReportFields:
     """Read ``report.toml`` in ``folder``; without one every field is missing.
 
@@ -103,22 +109,23 @@ def read_fields(path: Path) -> ReportFields:
         If it cannot be read or breaks the schema, or changes a report and does not say which or why.
     """
     fields = load_settings(path, ReportFields)
-    named = {key: getattr(fields, key) for key in ("validation", "mark", "specimen_photo")}
+    named = {key: getattr(fields, key) for key in _FILES}
     fields = fields.model_copy(update={key: str(path.parent / name) for key, name in named.items() if name})
-    if fields.amends and not fields.amendment_reason:
+    amended = fields.amends or fields.amends_report
+    if amended and not fields.amendment_reason:
         raise BadInput(
-            f"the report amends {fields.amends} and does not say why",
+            f"the report amends {amended} and does not say why",
             file=path,
             place="amendment_reason",
             remedy="add the reason",
         )
     of_an_amendment = ("amends_issued", "amendment_reason", "amendment_changes")
-    if not fields.amends and (stray := [name for name in of_an_amendment if getattr(fields, name)]):
+    if not amended and (stray := [name for name in of_an_amendment if getattr(fields, name)]):
         raise BadInput(
             "the report is said to change another one, and not which",
             file=path,
             place=stray[0],
-            remedy="add amends, the id of the report that it replaces",
+            remedy="add amends_report, the PDF of the report that it replaces, or amends, its id",
         )
     return fields
 

@@ -17,6 +17,7 @@ from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.source.fields import ReportFields, load_fields
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.model_on_runs import apply_model
+from bufferstand.evaluation.report.source.predecessor import predecessor_of
 from bufferstand.evaluation.report.source.purposes import with_purposes
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
 from bufferstand.evaluation.requirements import LimitSet, find_limit_set, shipped_limit_set, shipped_names
@@ -172,8 +173,12 @@ def read_source(
     fields = given.fields
     if fields is None:
         fields = load_fields(path if path.is_dir() else path.parent)
-    if given.earlier is not None:
-        _entries(given.earlier)
+    fields, predecessor = predecessor_of(fields)
+    earlier = given.earlier
+    if earlier is not None:
+        _entries(earlier)
+    elif predecessor is not None and predecessor.moved(document):
+        earlier = predecessor.evaluation
     return ReportSource(
         name=path.stem if path.is_file() else path.resolve().name,
         runs=runs,
@@ -183,7 +188,8 @@ def read_source(
         decision_rule=rule,
         limit_sets=_limit_sets(runs, given.limit_set),
         modelled=None if given.model is None else apply_model(given.model, runs),
-        earlier=given.earlier,
+        earlier=earlier,
+        predecessor=predecessor,
         statements=statements,
         detailed=given.detailed,
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),

@@ -15,6 +15,7 @@ from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.content import DASH, Cell, Image, moment_of, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
+from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.requirements import LimitSet
 from bufferstand.evaluation.run.extremes import sample_extremes
 from bufferstand.foundation import Kind
@@ -271,6 +272,8 @@ class ReportSource:
     """On which runs each statement of conformity rests (``conformity`` of the document)."""
     earlier: Mapping[str, Any] | None = None
     """An earlier evaluation document of the same runs, to say what moved."""
+    predecessor: Predecessor | None = None
+    """The report that this one replaces, where its PDF is given."""
     validation: Mapping[str, Any] | None = None
     """The validation record that the laboratory names (:mod:`bufferstand.evaluation.validation`), if any."""
     mark: Image | None = None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
+from bufferstand.evaluation.report.source.predecessor import predecessor_of
 from bufferstand.evaluation.report.source.source import EVALUATION_NAME, ReportRun, ReportSource
 
 SAME_STROKE_MM = 2.0
@@ -74,6 +75,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         )
         numbered += len(runs)
         sides.append(ComparedSpecimen(chr(ord("A") + place), replace(source, runs=runs)))
+    fields, predecessor = predecessor_of(fields)
     rules = {source.decision_rule for source in sources}
     whole = ReportSource(
         name=" vs ".join(source.name for source in sources),
@@ -88,6 +90,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         decision_rule=rules.pop() if len(rules) == 1 else None,
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
+        predecessor=predecessor,
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
     )
     return ComparedSpecimens(tuple(sides), whole)
