@@ -14,6 +14,7 @@ from bufferstand.evaluation.figures import draw
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.digital import render_digital
 from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
 from bufferstand.evaluation.report.source import (
     MOST_SIDES,
@@ -24,7 +25,7 @@ from bufferstand.evaluation.report.source import (
     side_by_side,
 )
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.files import replaced_whole
+from bufferstand.foundation.files import check_outputs, replaced_whole
 
 
 def _html(content: Content, figures: Sequence[str]) -> bytes:
@@ -46,12 +47,13 @@ def formats_here() -> list[str]:
 
 def write_report(
     path: Path,
-    out: Path,
+    out: Path | None,
     *,
     formats: Sequence[str] = ("html", "pdf"),
     document: Mapping[str, Any] | None = None,
     given: Given | None = None,
     table: Path | None = None,
+    digital: Path | None = None,
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
 
@@ -60,8 +62,9 @@ def write_report(
     path : Path
         A run file, or a campaign folder with its runs in ``runs/*.h5`` or ``*.h5``. A ``report.toml`` in the
         folder adds what only the laboratory knows.
-    out : Path
-        Folder for the report; made if it is not there. Files of the same name are replaced.
+    out : Path or None
+        Folder for the report; made if it is not there. Files of the same name are replaced. None: only the
+        workbook or the digital report is wanted.
     formats : sequence of str
         ``html``, ``pdf`` or both.
     document : mapping, optional
@@ -70,26 +73,36 @@ def write_report(
         How to evaluate, and what to show besides: fields, model, earlier evaluation.
     table : Path, optional
         A workbook (.xlsx) for the tables of the report, those by cycle and behind the figures, too.
+    digital : Path, optional
+        A file for the digital test report (.xml: DCC 3.2.1).
 
     Returns
     -------
     list of Path
-        The files written, in the order of ``formats``, the workbook last. The same runs, document and
-        ``report.toml`` give the same bytes.
+        The files written, in the order of ``formats``, then the workbook and the digital report. The same
+        runs, document and ``report.toml`` give the same bytes.
 
     Raises
     ------
     BadInput
         If there are no runs, one cannot be used, a format is unknown, typst is missing for a PDF, the
-        workbook is no .xlsx or openpyxl is missing for it, or something cannot be written.
+        workbook is no .xlsx or openpyxl is missing for it, a digital report is wanted of runs that do not
+        say when they were made, or something cannot be written.
     """
     _check_formats(formats)
     _check_workbook(table)
+    check_outputs([file for file in (table, digital) if file is not None])
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
-    written = _write(build_content(source), out, f"{source.name}-report", formats)
+    content = build_content(source)
+    xml = b"" if digital is None else render_digital(source, content)
+    written = [] if out is None else _write(content, out, f"{source.name}-report", formats)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
+    if digital is not None:
+        with replaced_whole(digital) as place:
+            place.write_bytes(xml)
+        written.append(digital)
     return written
 
 

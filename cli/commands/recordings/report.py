@@ -13,7 +13,14 @@ from bufferstand.foundation import BadInput, how_to_add
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
-@out_option("Folder for the report.")
+@out_option("Folder for the report (HTML and PDF).", required=False)
+@click.option(
+    "--dtr",
+    "digital",
+    metavar="FILE.xml",
+    type=FILE,
+    help="Write the digital test report (XML, DCC 3.2.1 of PTB, D-SI units); alone where there is no --out.",
+)
 @click.option(
     "--fields",
     "fields_file",
@@ -48,7 +55,8 @@ from bufferstand.foundation import BadInput, how_to_add
 @judging_options
 def command(
     paths: tuple[Path, ...],
-    out: Path,
+    out: Path | None,
+    digital: Path | None,
     fields_file: Path | None,
     evaluation: Path | None,
     before: Path | None,
@@ -57,7 +65,7 @@ def command(
     table: Path | None,
     judging: JudgingOptions,
 ) -> None:
-    """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
+    """Write the test report (HTML, PDF, XML) of a run or a campaign, or of several side by side.
 
     PATH is a run file or a campaign's folder; of two or more, the first is the reference that the others are
     compared with. What only the laboratory knows (address, customer, who authorises) is read from report.toml
@@ -68,8 +76,14 @@ def command(
     from bufferstand.evaluation.report import formats_here, write_comparison, write_report
     from bufferstand.evaluation.report.source import Given, read_fields
 
+    if out is None and digital is None:
+        raise BadInput(
+            "nothing says where the report is to be written",
+            file="--out",
+            remedy="give --out DIR for HTML and PDF, or --dtr FILE.xml for the digital report",
+        )
     formats = formats_here()
-    if "pdf" not in formats:
+    if out is not None and "pdf" not in formats:
         warn(f"no PDF: typst is not installed; {how_to_add('pdf')} adds it")
     given = Given(
         options=judging.options,
@@ -86,9 +100,23 @@ def command(
             raise BadInput(
                 "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
             )
+        if out is None or digital is not None:
+            raise BadInput(
+                "a digital report is of the runs of one PATH",
+                file="--dtr",
+                remedy="give one PATH, or --out DIR alone",
+            )
         written = write_comparison(paths, out, formats=formats, given=given, table=table)
     else:
         document = None if evaluation is None else load_evaluation(evaluation)
-        written = write_report(paths[0], out, formats=formats, document=document, given=given, table=table)
+        written = write_report(
+            paths[0],
+            out,
+            formats=formats,
+            document=document,
+            given=given,
+            table=table,
+            digital=digital,
+        )
     for file in written:
         click.echo(file)
