@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bufferstand.evaluation.report.content import Attachment, Content
@@ -10,9 +10,12 @@ from bufferstand.evaluation.report.report_file import PROOF_NAME, PROOF_SCHEMA
 from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.foundation.files import canonical_json
 
+DIGITAL_NAME = "digital-report.xml"
+"""Name of the digital test report inside the PDF."""
+
 
 def attachments_of(
-    content: Content, source: ReportSource, evaluations: Mapping[str, bytes]
+    content: Content, source: ReportSource, evaluations: Mapping[str, bytes], digital: bytes | None = None
 ) -> tuple[Attachment, ...]:
     """Return the files that the PDF of a report has inside.
 
@@ -24,22 +27,32 @@ def attachments_of(
         What it is made from; of a comparison, the whole of it.
     evaluations : mapping of str to bytes
         Evaluation documents as JSON, by the name of the file.
+    digital : bytes or None
+        The digital test report, where there is one.
 
     Returns
     -------
     tuple of Attachment
-        The evaluations, then :data:`PROOF_NAME`: the same bytes for the same report.
+        The evaluations, the digital test report, :data:`PROOF_NAME`: the same bytes for the same report.
     """
     documents = tuple(
         Attachment(name, "Evaluation document that the report is made from", "application/json", data)
         for name, data in evaluations.items()
     )
-    proof = canonical_json(_proof(content, source, documents)).encode()
+    further: tuple[Attachment, ...] = ()
+    if digital is not None:
+        further = (Attachment(DIGITAL_NAME, "Digital test report (DCC 3.2.1)", "application/xml", digital),)
+    proof = canonical_json(_proof(content, source, documents, further)).encode()
     told = "What the report rests on: run files and evaluation, with their hashes"
-    return (*documents, Attachment(PROOF_NAME, told, "application/json", proof))
+    return (*documents, *further, Attachment(PROOF_NAME, told, "application/json", proof))
 
 
-def _proof(content: Content, source: ReportSource, documents: tuple[Attachment, ...]) -> dict[str, Any]:
+def _proof(
+    content: Content,
+    source: ReportSource,
+    documents: Sequence[Attachment],
+    further: Sequence[Attachment],
+) -> dict[str, Any]:
     fields = source.fields
     amends = None
     if fields.amends:
@@ -57,6 +70,7 @@ def _proof(content: Content, source: ReportSource, documents: tuple[Attachment, 
         "draft": bool(content.missing),
         "software": content.software,
         "evaluations": [{"file": one.name, "sha256": one.sha256} for one in documents],
+        "attached": [{"file": one.name, "sha256": one.sha256} for one in further],
         "runs": [
             {"number": run.number, "id": run.id, "file": run.file, "sha256": run.sha256}
             for run in source.runs

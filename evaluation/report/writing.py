@@ -15,6 +15,7 @@ from bufferstand.evaluation.report.attachments import attachments_of
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Attachment, Content
+from bufferstand.evaluation.report.digital import render_digital
 from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
 from bufferstand.evaluation.report.signing import SigningKey, signed
 from bufferstand.evaluation.report.source import (
@@ -22,12 +23,13 @@ from bufferstand.evaluation.report.source import (
     MOST_SIDES,
     Given,
     ReportFields,
+    ReportSource,
     check_chosen,
     read_source,
     side_by_side,
 )
 from bufferstand.foundation import BadInput, how_to_add
-from bufferstand.foundation.files import replaced_whole
+from bufferstand.foundation.files import check_outputs, replaced_whole
 
 
 def _html(content: Content, figures: Sequence[str], _: Sequence[Attachment]) -> bytes:
@@ -52,12 +54,13 @@ def formats_here() -> list[str]:
 
 def write_report(
     path: Path,
-    out: Path,
+    out: Path | None,
     *,
     formats: Sequence[str] = ("html", "pdf"),
     document: Mapping[str, Any] | None = None,
     given: Given | None = None,
     table: Path | None = None,
+    digital: Path | None = None,
     key: SigningKey | None = None,
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
@@ -67,8 +70,9 @@ def write_report(
     path : Path
         A run file, or a campaign folder with its runs in ``runs/*.h5`` or ``*.h5``. A ``report.toml`` in the
         folder adds what only the laboratory knows.
-    out : Path
-        Folder for the report; made if it is not there. Files of the same name are replaced.
+    out : Path or None
+        Folder for the report; made if it is not there. Files of the same name are replaced. None: only the
+        workbook or the digital report is wanted.
     formats : sequence of str
         ``html``, ``pdf`` or both.
     document : mapping, optional
@@ -77,33 +81,52 @@ def write_report(
         How to evaluate, and what to show besides: fields, model, earlier evaluation.
     table : Path, optional
         A workbook (.xlsx) for the tables of the report, those by cycle and behind the figures, too.
+    digital : Path, optional
+        A file for the digital test report (.xml: DCC 3.2.1).
     key : SigningKey, optional
         Signs the PDF (:func:`bufferstand.evaluation.report.signing.open_key`).
 
     Returns
     -------
     list of Path
-        The files written, in the order of ``formats``, the workbook last. The same runs, document and
-        ``report.toml`` give the same bytes, up to the signature.
+        The files written, in the order of ``formats``, then the workbook and the digital report. The same
+        runs, document and ``report.toml`` give the same bytes, up to the signature.
 
     Raises
     ------
     BadInput
         If there are no runs, one cannot be used, a format is unknown, typst is missing for a PDF, the
-        workbook is no .xlsx or openpyxl is missing for it, or something cannot be written.
+        workbook is no .xlsx or openpyxl is missing for it, a digital report is wanted of runs that do not
+        say when they were made, or something cannot be written.
     """
     _check_formats(formats)
     _check_workbook(table)
-    _check_signing(key, formats)
+    _check_signing(key, () if out is None else formats)
+    check_outputs([file for file in (table, digital) if file is not None])
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
-    _check_kept(source.fields, out / f"{source.name}-report.pdf")
     content = build_content(source)
-    attached = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json})
-    written = _write(content, attached, out, f"{source.name}-report", formats, key)
+    xml = render_digital(source, content) if digital is not None else _digital(source, content)
+    written = []
+    if out is not None:
+        _check_kept(source.fields, out / f"{source.name}-report.pdf")
+        inside = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json}, xml)
+        written = _write(content, inside, out, f"{source.name}-report", formats, key)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
+    if digital is not None:
+        with replaced_whole(digital) as place:
+            place.write_bytes(xml or b"")
+        written.append(digital)
     return written
+
+
+def _digital(source: ReportSource, content: Content) -> bytes | None:
+    """Return the digital test report; None of runs that do not say when they were made: it needs dates."""
+    try:
+        return render_digital(source, content)
+    except BadInput:
+        return None
 
 
 def write_comparison(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import sha256
@@ -13,10 +14,13 @@ from typing import Any
 import pikepdf
 import pytest
 
+import bufferstand as bs
 from bufferstand.evaluation.archive import load_evaluation
+from bufferstand.evaluation.facts import Options
 from bufferstand.evaluation.report import write_comparison, write_report
 from bufferstand.evaluation.report.attachments import attachments_of
 from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.digital import render_digital
 from bufferstand.evaluation.report.rendering import render_pdf
 from bufferstand.evaluation.report.source import Given, ReportFields, read_source
 from bufferstand.foundation.files import file_hash
@@ -33,7 +37,8 @@ def inside(pdf: bytes) -> dict[str, bytes]:
 
 def attached(report: Made) -> bytes:
     source = report.source
-    files = attachments_of(report.content, source, {"evaluation.json": source.evaluation_json})
+    digital = render_digital(source, report.content)
+    files = attachments_of(report.content, source, {"evaluation.json": source.evaluation_json}, digital)
     return render_pdf(report.content, report.figures, files)
 
 
@@ -47,9 +52,13 @@ def test_the_pdf_says_that_it_is_pdf_a_3b_and_lists_its_files_as_its_data(pdf: b
         said = document.open_metadata()
         assert (said["pdfaid:part"], said["pdfaid:conformance"]) == ("3", "B")
         files = list(document.Root.AF)
-        assert [str(one.UF) for one in files] == ["evaluation.json", "proof.json"]
+        assert [str(one.UF) for one in files] == ["digital-report.xml", "evaluation.json", "proof.json"]
         assert {str(one.AFRelationship) for one in files} == {"/Data"}
-        assert {str(one.EF.F.Subtype) for one in files} == {"/application/json"}
+        assert [str(one.EF.F.Subtype) for one in files] == [
+            "/application/xml",
+            "/application/json",
+            "/application/json",
+        ]
 
 
 def test_the_evaluation_inside_is_the_one_that_the_report_is_made_from(
@@ -136,4 +145,29 @@ def test_a_comparison_has_the_evaluation_of_each_side(report: Made, tmp_path: Pa
 
 def test_what_is_written_has_its_files_inside(report: Made, tmp_path: Path) -> None:
     written = write_report(report.folder, tmp_path, formats=("pdf",), document=hand_made_document())
-    assert set(inside(written[0].read_bytes())) == {"evaluation.json", "proof.json"}
+    assert set(inside(written[0].read_bytes())) == {"digital-report.xml", "evaluation.json", "proof.json"}
+
+
+def test_the_digital_report_inside_is_the_one_that_is_written_alone(report: Made, tmp_path: Path) -> None:
+    document = hand_made_document()
+    pdf, alone = write_report(
+        report.folder, tmp_path, formats=("pdf",), document=document, digital=tmp_path / "alone.xml"
+    )
+    files = inside(pdf.read_bytes())
+    assert files["digital-report.xml"] == alone.read_bytes()
+    proof = json.loads(files["proof.json"])
+    assert proof["attached"] == [{"file": "digital-report.xml", "sha256": file_hash(alone)}]
+
+
+def test_runs_that_do_not_say_when_they_were_made_give_a_report_without_a_digital_one(
+    tmp_path: Path,
+) -> None:
+    record = tmp_path / "record.csv"
+    lines = [
+        f"{n / 50},{50 + 50 * math.sin(n / 50)},{300 + 250 * math.sin(n / 50 + 0.1)}" for n in range(1500)
+    ]
+    record.write_text("\n".join(["time [s],stroke [mm],force [kN]", *lines]))
+    run = bs.import_record(record, tmp_path / "runs").path
+    given = Given(options=Options(draws=0), fields=ReportFields())
+    (pdf,) = write_report(run, tmp_path, formats=("pdf",), given=given)
+    assert set(inside(pdf.read_bytes())) == {"evaluation.json", "proof.json"}

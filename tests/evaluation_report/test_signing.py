@@ -57,7 +57,7 @@ def test_it_is_signed_by_pades_and_shows_the_same_pages(sealed: SignedReport) ->
         assert [page.Contents.read_bytes() for page in document.pages] == [
             page.Contents.read_bytes() for page in plain.pages
         ]
-        assert set(document.attachments) == {"evaluation.json", "proof.json"}
+        assert set(document.attachments) == {"evaluation.json", "digital-report.xml", "proof.json"}
 
 
 def test_poppler_finds_it_sound_and_a_turned_bit(sealed: SignedReport, tmp_path: Path) -> None:

@@ -78,7 +78,7 @@ def put_inside(document: pikepdf.Pdf, files: dict[str, bytes]) -> None:
     for specification in document.Root.AF:
         name = str(specification.UF)
         if name in files:
-            specification.EF.F = document.make_stream(files[name])
+            specification.EF.F = specification.EF.UF = document.make_stream(files[name])
 
 
 def test_a_report_as_it_was_issued_holds(sealed: SignedReport, tmp_path: Path) -> None:
@@ -215,9 +215,36 @@ def test_an_evaluation_that_does_not_fit_its_hash_is_found(sealed: SignedReport,
     path = sealed.put(tmp_path, rewritten(sealed.plain, change))
     (found,) = faults(path)
     assert found == (
-        "evaluation.json: evaluation.json is not the one that the report was made from: its hash is not that "
-        "in proof.json"
+        "evaluation.json: it is not the one that the report was made with: its hash is not that in proof.json"
     )
+
+
+def test_a_file_that_was_put_inside_or_taken_out_is_found(sealed: SignedReport, tmp_path: Path) -> None:
+    def put(document: pikepdf.Pdf) -> None:
+        added = pikepdf.AttachedFileSpec(document, b"x", filename="more.txt")
+        document.attachments["more.txt"] = added
+
+    (found,) = faults(sealed.put(tmp_path, rewritten(sealed.plain, put)))
+    assert found == "files inside: it has more.txt inside, which proof.json does not name"
+
+    def swap(document: pikepdf.Pdf) -> None:
+        names = document.Root.Names.EmbeddedFiles.Names
+        names[1], names[3] = names[3], names[1]
+
+    (found,) = faults(sealed.put(tmp_path, rewritten(sealed.plain, swap)))
+    assert "is inside under another name, or twice" in found
+
+    def double(document: pikepdf.Pdf) -> None:
+        document.Root.AF[0].EF.UF = document.make_stream(b"other")
+
+    (found,) = faults(sealed.put(tmp_path, rewritten(sealed.plain, double)))
+    assert "is inside with two contents" in found
+
+    def take(document: pikepdf.Pdf) -> None:
+        del document.attachments["digital-report.xml"]
+
+    (found,) = faults(sealed.put(tmp_path, rewritten(sealed.plain, take)))
+    assert found == "files inside: it has no digital-report.xml inside, which proof.json names"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,14 @@ from bufferstand.foundation import BadInput, how_to_add
 
 @click.command("report", epilog="Example:  bufferstand report campaign --out campaign/report")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
-@out_option("Folder for the report.")
+@out_option("Folder for the report (HTML and PDF).", required=False)
+@click.option(
+    "--dtr",
+    "digital",
+    metavar="FILE.xml",
+    type=FILE,
+    help="Write the digital test report (XML, DCC 3.2.1 of PTB, D-SI units); alone where there is no --out.",
+)
 @click.option(
     "--fields",
     "fields_file",
@@ -61,7 +68,8 @@ from bufferstand.foundation import BadInput, how_to_add
 @judging_options
 def command(
     paths: tuple[Path, ...],
-    out: Path,
+    out: Path | None,
+    digital: Path | None,
     fields_file: Path | None,
     evaluation: Path | None,
     before: Path | None,
@@ -72,7 +80,7 @@ def command(
     sign_password_file: Path | None,
     judging: JudgingOptions,
 ) -> None:
-    """Write the test report (HTML and PDF) of a run or a campaign, or of several side by side.
+    """Write the test report (HTML, PDF, XML) of a run or a campaign, or of several side by side.
 
     PATH is a run file or a campaign's folder; of two or more, the first is the reference that the others are
     compared with. What only the laboratory knows (address, customer, who authorises) is read from report.toml
@@ -88,8 +96,14 @@ def command(
         raise BadInput(
             "a password of a key, and no key", file="--sign-password-file", remedy="add --sign KEY.p12"
         )
+    if out is None and digital is None:
+        raise BadInput(
+            "nothing says where the report is to be written",
+            file="--out",
+            remedy="give --out DIR for HTML and PDF, or --dtr FILE.xml for the digital report",
+        )
     formats = formats_here()
-    if "pdf" not in formats:
+    if out is not None and "pdf" not in formats:
         warn(f"no PDF: typst is not installed; {how_to_add('pdf')} adds it")
     given = Given(
         options=judging.options,
@@ -101,18 +115,36 @@ def command(
         detailed=annex == "full",
         earlier=None if before is None else load_evaluation(before),
     )
-    if len(paths) > 1 and evaluation is not None:
-        raise BadInput(
-            "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
-        )
+    if len(paths) > 1:
+        _check_compared(out, digital, evaluation)
     # The key is looked at before anything is evaluated: what is wrong with it is known at once.
     with nullcontext() if sign is None else open_key(sign, sign_password(sign_password_file)) as key:
-        if len(paths) > 1:
+        if len(paths) > 1 and out is not None:
             written = write_comparison(paths, out, formats=formats, given=given, table=table, key=key)
         else:
-            document = None if evaluation is None else load_evaluation(evaluation)
             written = write_report(
-                paths[0], out, formats=formats, document=document, given=given, table=table, key=key
+                paths[0],
+                out,
+                formats=formats,
+                document=None if evaluation is None else load_evaluation(evaluation),
+                given=given,
+                table=table,
+                digital=digital,
+                key=key,
             )
     for file in written:
         click.echo(file)
+
+
+def _check_compared(out: Path | None, digital: Path | None, evaluation: Path | None) -> None:
+    """Refuse what is only for the report of one PATH."""
+    if evaluation is not None:
+        raise BadInput(
+            "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+        )
+    if out is None or digital is not None:
+        raise BadInput(
+            "a digital report is of the runs of one PATH",
+            file="--dtr",
+            remedy="give one PATH, or --out DIR alone",
+        )

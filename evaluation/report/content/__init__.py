@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.content.numbers import (
         UNBROKEN,
+        decimals_of,
         fixed,
         limits_text,
         measured_cell,
@@ -59,6 +60,7 @@ __all__ = [
     "Texts",
     "Tone",
     "VerdictLine",
+    "decimals_of",
     "fixed",
     "limits_text",
     "measured_cell",

@@ -42,5 +42,7 @@ class Proof(_Part):
     report: str
     draft: bool
     evaluations: list[NamedFile]
+    attached: list[NamedFile] = Field(default_factory=list)
+    """What else is inside."""
     runs: list[NamedRun]
     amends: Amended | None = None

@@ -108,25 +108,33 @@ def read_report(path: Path) -> ReportFile:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"])
         raise BadInput(first["msg"], file=path, place=f"{PROOF_NAME}: {place}", remedy=_NOT_OURS) from None
+    _check_hashes(proof, inside, path)
     return ReportFile(path, data, reader, proof, _evaluations(proof, inside, path))
 
 
 def _evaluations(proof: Proof, inside: Mapping[str, bytes], path: Path) -> Mapping[str, Mapping[str, Any]]:
     found = {}
     for named in proof.evaluations:
-        if named.file not in inside:
-            raise BadInput(f"it has no {named.file} inside, which {PROOF_NAME} names", file=path)
-        if sha256(inside[named.file]).hexdigest() != named.sha256:
-            raise BadInput(
-                f"{named.file} is not the one that the report was made from: its hash is not that in "
-                f"{PROOF_NAME}",
-                file=path,
-                place=named.file,
-            )
         document = _json(inside[named.file], path, named.file)
         check_evaluation(document, path)
         found[named.file] = document
     return found
+
+
+def _check_hashes(proof: Proof, inside: Mapping[str, bytes], path: Path) -> None:
+    """Refuse a file inside that is not the one that the report was made with."""
+    named = {one.file: one.sha256 for one in (*proof.evaluations, *proof.attached)}
+    if missing := [name for name in named if name not in inside]:
+        raise BadInput(f"it has no {missing[0]} inside, which {PROOF_NAME} names", file=path)
+    for name in sorted({*inside} - {PROOF_NAME}):
+        if name not in named:
+            raise BadInput(f"it has {name} inside, which {PROOF_NAME} does not name", file=path)
+        if sha256(inside[name]).hexdigest() != named[name]:
+            raise BadInput(
+                f"it is not the one that the report was made with: its hash is not that in {PROOF_NAME}",
+                file=path,
+                place=name,
+            )
 
 
 def _json(data: bytes, path: Path, name: str) -> dict[str, Any]:
@@ -138,19 +146,27 @@ def _json(data: bytes, path: Path, name: str) -> dict[str, Any]:
 
 
 def _inside(reader: PdfFileReader, path: Path) -> dict[str, bytes]:
-    """Return the associated files by name; one name twice is refused, as one could hide the other."""
+    """Return the associated files by name.
+
+    What is listed as an attachment has to be the same: else a reader would show another file than is checked.
+    """
     root = reader.root
-    specifications = list(root["/AF"]) if "/AF" in root else []
-    listed = list(root["/Names"]["/EmbeddedFiles"]["/Names"]) if "/Names" in root else []
-    if len(specifications) > _MOST_FILES or len(listed) != 2 * len(specifications):
+    if "/AF" not in root:
+        return {}
+    associated, listed = root["/AF"], root["/Names"]["/EmbeddedFiles"]["/Names"]
+    if len(associated) > _MOST_FILES or len(listed) != 2 * len(associated):
         raise BadInput("its files inside are not listed as in a report", file=path, remedy=_NOT_OURS)
+    places = {str(listed[at]): listed.raw_get(at + 1) for at in range(0, len(listed), 2)}
     found: dict[str, bytes] = {}
-    for entry, key in zip(specifications, listed[::2], strict=True):
-        specification = entry.get_object() if hasattr(entry, "get_object") else entry
+    for at in range(len(associated)):
+        specification = associated[at]
         name = str(specification["/UF"])
-        if name in found or name != str(key):
+        if name in found or places.get(name) != associated.raw_get(at):
             raise BadInput(f"{name} is inside under another name, or twice", file=path, remedy=_NOT_OURS)
-        data: bytes = specification["/EF"]["/F"].data
+        streams = specification["/EF"]
+        if len({streams.raw_get(key) for key in streams}) != 1:
+            raise BadInput(f"{name} is inside with two contents", file=path, remedy=_NOT_OURS)
+        data: bytes = streams["/F"].data
         if len(data) > LONGEST_INSIDE:
             raise BadInput(f"longer than {LONGEST_INSIDE} bytes", file=path, place=name)
         found[name] = data

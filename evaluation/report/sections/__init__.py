@@ -63,7 +63,9 @@ if TYPE_CHECKING:
         reevaluation_section,
     )
     from bufferstand.evaluation.report.sections.references import (
+        is_draft,
         missing_references,
+        reference_text,
     )
     from bufferstand.evaluation.report.sections.results import (
         columns,
@@ -91,6 +93,7 @@ if TYPE_CHECKING:
         warnings_section,
     )
     from bufferstand.evaluation.report.sections.verdicts import (
+        name_of,
         requirements_section,
         severity,
         worst,
@@ -120,10 +123,12 @@ __all__ = [
     "head",
     "history_section",
     "identification",
+    "is_draft",
     "key_values",
     "laboratory",
     "missing_references",
     "model_section",
+    "name_of",
     "not_as_required",
     "not_tested_section",
     "operator",
@@ -133,6 +138,7 @@ __all__ = [
     "recorded_section",
     "reevaluation_notice",
     "reevaluation_section",
+    "reference_text",
     "remarks_section",
     "requirements_section",
     "rule_section",

@@ -5,13 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import Day, Settings, load_settings
 
 FILE_NAME = "report.toml"
 _Lines = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+
+
+CountryCode = Annotated[
+    str, Field(pattern=r"^[A-Z]{2}$", description="two capital letters of ISO 3166-1, e.g. “DE”")
+]
 
 
 class ReportFields(Settings):
@@ -21,6 +26,8 @@ class ReportFields(Settings):
     """The laboratory's own number of the report, printed beside the id."""
     laboratory: str = ""
     laboratory_address: str = ""
+    country: CountryCode | None = None
+    """Country of the laboratory, two capital letters (ISO 3166-1); the digital report states it."""
     place_of_test: str = ""
     customer: str = ""
     customer_address: str = ""

@@ -77,7 +77,7 @@ def verify_report(path: Path, against: Against) -> list[Finding]:
 
 def _of_proof(report: ReportFile) -> Iterator[Finding]:
     proof = report.proof
-    names = ", ".join(report.evaluations)
+    names = ", ".join([*report.evaluations, *(one.file for one in proof.attached)])
     yield holds("files inside", f"{names}: with the SHA-256 that the report states")
     if proof.draft:
         yield note("report", f"{proof.report} is a draft")
