@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from jinja2 import BaseLoader, ChoiceLoader, DictLoader, Environment, PrefixLoader, TemplateError, nodes
@@ -46,7 +45,11 @@ def template_name(environment: Environment, own: OwnTemplate | None) -> str:
         tree = environment.parse(text)
     except TemplateSyntaxError as error:
         raise _refused(file, error.lineno, error.message or "no template") from None
-    extended = [node.template.value for node in tree.find_all(nodes.Extends) if _is_text(node.template)]
+    extended = [
+        node.template.value
+        for node in tree.find_all(nodes.Extends)
+        if isinstance(node.template, nodes.Const) and isinstance(node.template.value, str)
+    ]
     if extended != [f"{_SHIPPED}/{HTML}"]:
         raise _refused(file, 1, f'it does not begin with {{% extends "{_SHIPPED}/{HTML}" %}}')
     for block in tree.find_all(nodes.Block):
@@ -58,11 +61,6 @@ def template_name(environment: Environment, own: OwnTemplate | None) -> str:
     return _OWN
 
 
-def _is_text(node: nodes.Node) -> bool:
-    return isinstance(node, nodes.Const) and isinstance(node.value, str)
-
-
-@contextmanager
 def told_by_line(own: OwnTemplate | None) -> Iterator[None]:
     """Turn what goes wrong in an own HTML template into a message with its line.
 

@@ -60,7 +60,7 @@ def read_own_text(path: str) -> OwnText:
     parser = MarkdownIt("commonmark", {"maxNesting": 2 * _DEEPEST + 4}).enable("table")
     reader = _Reader(file)
     # Each address is judged here; the parser would leave one that it does not like as text.
-    parser.validateLink = lambda _: True  # type: ignore[method-assign]
+    parser.validateLink = lambda url: True  # type: ignore[method-assign] # noqa: ARG005 - its parameter's name
     nodes = SyntaxTreeNode(parser.parse(text)).children
     title = ""
     if nodes and nodes[0].type == "heading" and nodes[0].tag == "h1":
