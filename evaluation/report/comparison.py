@@ -5,41 +5,42 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
-from bufferstand.evaluation.report.build import notices_of
+from bufferstand.evaluation.report.build import missing_of, notices_of
 from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, in_language, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
     amendment_section,
+    appendix_sections,
     calibrations,
     compared_of,
     comparison_sections,
     conditions_section,
-    customer,
     data_section,
     deviations_section,
     head,
     identification,
-    laboratory,
-    missing_references,
+    introduction_section,
     not_tested_section,
-    operator,
     opinions_section,
     recorded_section,
     remarks_section,
     rule_section,
     runs_section,
+    setup_section,
     signatures,
     software_section,
     targets_section,
     warnings_section,
+    why_unmatched,
 )
 from bufferstand.evaluation.report.source import (
+    ComparedSpecimen,
     ComparedSpecimens,
+    Condition,
     conditions_of,
-    missing_fields,
 )
-from bufferstand.evaluation.wording import joined, said
+from bufferstand.evaluation.wording import joined, said, said_count
 
 _REST = said(
     "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the "
@@ -70,10 +71,12 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     pictures = comparison_pictures(sides, compared)
     built = [
         amendment_section(whole),
+        introduction_section(whole),
         *comparison_sections(sides, compared),
         Section("figures", said("Figures"), tuple(pictures[1:])) if pictures[1:] else None,
         identification(specimens),
         runs_section(whole),
+        setup_section(whole),
         conditions_section(whole),
         deviations_section(whole),
         not_tested_section(whole, first_page=False),
@@ -84,8 +87,9 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         remarks_section(whole),
         recorded_section(whole),
         targets_section(whole),
-        data_section(whole),
+        data_section(whole, sides.evaluations),
         software_section(whole),
+        *appendix_sections(whole),
     ]
     first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
@@ -96,10 +100,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
             " · ", (said("{letter}: {name}", letter=side.letter, name=side.name) for side in sides.sides)
         ),
         notices=notices_of(whole),
-        missing=(
-            *missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
-            *missing_references(whole),
-        ),
+        missing=missing_of(whole),
         head=head(whole),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
@@ -107,6 +108,8 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         certificate=certificate,
         detailed=whole.detailed,
         mark=whole.mark,
+        accreditation=whole.accreditation,
+        template=whole.template,
     )
     return in_language(content, whole.language)
 
@@ -120,25 +123,18 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
         known = [(row, apart) for row, apart in found if apart.normalised is not None]
         beyond = [(row, apart) for row, apart in known if apart.beyond]
         if not found:
-            sentences.append(
-                said(
-                    "{letter} ({name}): no step of it was run on {letter_2}, too.",
-                    letter=side.letter,
-                    name=side.name,
-                    letter_2=first.letter,
-                )
-            )
+            sentences.append(_nothing_found(side, first, conditions_of(sides), place))
             continue
         sentence = said(
-            "{letter} ({name}) against {letter_2} ({name_2}): {count_of_found} differences of "
-            "{count_of_what} steps, {count_of_beyond} of them beyond their expanded uncertainty.",
+            "{letter} ({name}) against {letter_2} ({name_2}): {differences} of {steps}, {beyond} of them "
+            "beyond their expanded uncertainty.",
             letter=side.letter,
             name=side.name,
             letter_2=first.letter,
             name_2=first.name,
-            count_of_found=len(found),
-            count_of_what=len({row.condition.number for row, _ in found}),
-            count_of_beyond=len(beyond),
+            differences=said_count("{count} difference", "{count} differences", len(found)),
+            steps=_steps(len({row.condition.number for row, _ in found})),
+            beyond=len(beyond),
         )
         if beyond:
             sentence += said(" Clearest: {beyond}.", beyond=_clearest(beyond))
@@ -149,6 +145,37 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
             )
         sentences.append(sentence)
     return Texts((*sentences, _REST))
+
+
+def _steps(number: int) -> str:
+    return said_count("{count} step", "{count} steps", number)
+
+
+def _nothing_found(
+    side: ComparedSpecimen, first: ComparedSpecimen, conditions: Sequence[Condition], place: int
+) -> str:
+    """Return why a specimen differs from the first in nothing: no shared step, or none with results."""
+    named = said(
+        "{letter} ({name}) and {letter_2} ({name_2})",
+        letter=side.letter,
+        name=side.name,
+        letter_2=first.letter,
+        name_2=first.name,
+    )
+    shared = [one for one in conditions if one.runs[0] is not None and one.runs[place] is not None]
+    if shared:
+        return said(
+            "{named} cannot be compared: {steps} of both gave no result of both.",
+            named=named,
+            steps=_steps(len(shared)),
+        )
+    run = next((part for whole in side.source.runs for part in whole.parts), None)
+    why = (
+        ""
+        if run is None
+        else said(" Run {label}, for one: {why}.", label=run.label, why=why_unmatched(run, first))
+    )
+    return said("{named} cannot be compared: they share no step.{why}", named=named, why=why)
 
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:

@@ -5,13 +5,15 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.report.content.attachment import (
+        Attachment,
+    )
     from bufferstand.evaluation.report.content.content import (
         DASH,
         Block,
         Cell,
         Column,
         Content,
-        Image,
         Picture,
         Section,
         Sheet,
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.content.numbers import (
         UNBROKEN,
         day_text,
+        decimals_of,
         fixed,
         limits_text,
         measured_cell,
@@ -39,25 +42,44 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.own_template import (
+        OwnTemplate,
+        TemplateFile,
+    )
+    from bufferstand.evaluation.report.content.prose import (
+        Image,
+        Mark,
+        Prose,
+        ProsePart,
+        Words,
+    )
 
 __all__ = [
     "DASH",
     "UNBROKEN",
+    "Attachment",
     "Block",
     "Cell",
     "Column",
     "Content",
     "Image",
+    "Mark",
+    "OwnTemplate",
     "Picture",
+    "Prose",
+    "ProsePart",
     "Section",
     "Sheet",
     "Signature",
     "Signatures",
     "Table",
+    "TemplateFile",
     "Texts",
     "Tone",
     "VerdictLine",
+    "Words",
     "day_text",
+    "decimals_of",
     "fixed",
     "in_language",
     "limits_text",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.content import Section, Sheet, Texts
+from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts
 from bufferstand.evaluation.report.sections.identity import given
 from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.wording import said
@@ -13,19 +13,33 @@ def amendment_section(source: ReportSource) -> Section | None:
     fields = source.fields
     if not fields.amends:
         return None
-    sheet = Sheet(
-        "",
-        (
-            (said("Issued"), given(fields.amends_issued)),
-            (said("Reason"), given(fields.amendment_reason)),
-        ),
-    )
+    facts = [
+        (said("Issued"), given(fields.amends_issued)),
+        (said("Reason"), given(fields.amendment_reason)),
+    ]
+    if source.predecessor is not None:
+        facts.append((said("SHA-256 of its PDF"), Cell(source.predecessor.sha256, "code")))
+    sheet = Sheet("", tuple(facts))
     changes = fields.amendment_changes or (said("Not stated: add amendment_changes to report.toml."),)
     return Section(
         "amendment",
         said("Amendment to report {amends}", amends=fields.amends),
-        (sheet, Texts((said("What is different from that report:"),)), Texts(changes, listed=True)),
+        (
+            sheet,
+            Texts((said("What is different from that report:"),)),
+            Texts((*changes, *_figures(source)), listed=True),
+        ),
     )
+
+
+def _figures(source: ReportSource) -> tuple[str, ...]:
+    """Return whether results are others than in the report that is replaced, where that is known."""
+    predecessor = source.predecessor
+    if predecessor is None or predecessor.evaluation is None:
+        return ()
+    if not predecessor.moved(source.document):
+        return (said("No result and no verdict is another than in that report."),)
+    return (said("Results, verdicts or runs are others: see Against the earlier evaluation."),)
 
 
 def amendment_notice(source: ReportSource) -> tuple[str, ...]:

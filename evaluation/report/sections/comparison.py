@@ -26,18 +26,19 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.conformity import conformity_section
 from bufferstand.evaluation.report.sections.references import draft_texts
+from bufferstand.evaluation.report.sections.unmatched import unmatched_table
 from bufferstand.evaluation.report.sections.verdicts import name_of, run_verdict_cell
 from bufferstand.evaluation.report.source import (
     ComparedSpecimens,
     Condition,
     ReportRun,
-    alone,
     at_strokes,
+    conditions_of,
     loop_of,
     purpose_texts,
     runs_text,
 )
-from bufferstand.evaluation.wording import capital, joined, label, numeral, said
+from bufferstand.evaluation.wording import joined, label, numeral, said
 
 _COMPARED = QUANTITIES.that(lambda entry: entry.shown.compared)
 _TO_COMMON_STROKE = ("stored_energy_J", "absorbed_energy_J", "damping")
@@ -54,6 +55,8 @@ _METHOD = said(
     "specimens differ by more than is known of them. It says nothing of conformity; see the "
     "statements of each specimen."
 )
+_NO_STEP_SHARED = said("No step was run on more than one of them: nothing can be compared.")
+_NOTHING_COMPARED = said("The steps that they share have no result in common: nothing can be compared.")
 _NO_U = said("the record of one of them states no accuracy")
 _NOT_HAD = said("not to be had from the run")
 
@@ -211,6 +214,7 @@ def _like(run: ReportRun, name: str, value: float) -> UncertainValue:
 
 def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> list[Section]:
     """Return the tables of the comparison: what is compared, the differences, and what has no counterpart."""
+    shared = conditions_of(sides)
     conditions = list({row.condition.number: row.condition for row in compared}.values())
     blocks: list[Block] = [_steps(sides, conditions), Texts((_METHOD,))]
     blocks += [
@@ -219,11 +223,13 @@ def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFig
     ]
     if len(sides.sides) > 2:
         blocks.append(_spread(sides, compared))
-    notes = [*_temperature_notes(conditions), *_without(sides, conditions)]
+    if not conditions:
+        blocks = [Texts((_NOTHING_COMPARED if shared else _NO_STEP_SHARED,))]
+    notes = [*_temperature_notes(conditions), *_without_values(shared, conditions)]
     if notes:
         blocks.append(Texts(tuple(notes), listed=True))
-    if not conditions:
-        blocks = [Texts((said("No step was run on more than one of them: nothing can be compared."),))]
+    if (left := unmatched_table(sides, shared)) is not None:
+        blocks.append(left)
     return [Section("comparison", said("Comparison"), tuple(blocks)), *_conformities(sides)]
 
 
@@ -389,17 +395,29 @@ def _temperature_notes(conditions: Sequence[Condition]) -> list[str]:
     return notes
 
 
-def _without(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> list[str]:
-    left = alone(sides, conditions)
-    if not left:
-        return []
-    named = runs_text({run.number for run in left})
-    return [
-        said(
-            "{named}: a step that none of the others has run; not compared.",
-            named=capital(named),
-        )
-    ]
+def _without_values(all_conditions: Sequence[Condition], compared: Sequence[Condition]) -> list[str]:
+    """Return a sentence for each step that two or more have run without a result that both have."""
+    notes = []
+    for condition in all_conditions:
+        if condition.number not in {one.number for one in compared}:
+            runs = [run for run in condition.runs if run is not None]
+            lacking = {run.number for run in runs if not run.cycles_used}
+            why = (
+                said(": {runs} without a cycle that could be used", runs=runs_text(lacking))
+                if lacking
+                else ""
+            )
+            named = runs_text({run.number for run in runs})
+            notes.append(
+                said(
+                    "Step {number} ({words}): {runs} have no result in common{why}.",
+                    number=condition.number,
+                    words=condition.words,
+                    runs=named,
+                    why=why,
+                )
+            )
+    return notes
 
 
 def _conformities(sides: ComparedSpecimens) -> list[Section]:

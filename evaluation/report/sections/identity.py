@@ -138,6 +138,7 @@ def head(source: ReportSource) -> Sheet:
         (said("Replaces report"), fields.amends),
         (said("Laboratory"), laboratory(source)),
         (said("Address"), fields.laboratory_address),
+        (said("Accreditation"), fields.accreditation_number),
         (said("Place of the test"), fields.place_of_test),
         (said("Customer"), customer(source)),
         (said("Customer’s address"), fields.customer_address),
