@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import traceback
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from jinja2 import BaseLoader, ChoiceLoader, DictLoader, Environment, PrefixLoader, TemplateError, nodes
@@ -61,6 +62,7 @@ def template_name(environment: Environment, own: OwnTemplate | None) -> str:
     return _OWN
 
 
+@contextmanager
 def told_by_line(own: OwnTemplate | None) -> Iterator[None]:
     """Turn what goes wrong in an own HTML template into a message with its line.
 
