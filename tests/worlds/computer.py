@@ -134,7 +134,7 @@ class Computer:
         _with_defaults(loop.Acquisition, civil_s=lambda: 1.8e9 + self.clock.now_s() + self.set_by_s)
         _with_defaults(RecorderGuard, steady_s=self.clock.now_s)
         _with_defaults(StrokeKeeper, clock=self.clock.now_s)
-        LoopPasses.meanwhile = _bound(self)  # type: ignore[method-assign]
+        LoopPasses.meanwhile = _bound(self)  # type: ignore[method-assign, assignment]
         for owner, name, place in (
             (seal_journal, "write_columns", "seal"),
             (record, "write_whole", "record"),

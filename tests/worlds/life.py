@@ -131,8 +131,10 @@ def plan_world(world: World, folder: Path) -> tuple[Plan, Any, ModelPredictor]:
     plan, stand_file, predictor = _planned(world.write(folder))
     if world.tight is not None:
         peak_kN = max((step.expected_peak_force_kN or 0.0 for step in plan.steps), default=0.0)
-        path = world.write(folder, max(30.0, world.tight * peak_kN))
-        plan, stand_file, predictor = _planned(path)
+        for more in (1.0, 1.15, 1.5):  # cycles between forces need room above them
+            with suppress(BadInput):
+                return _planned(world.write(folder, more * max(30.0, world.tight * peak_kN)))
+        world.write(folder)
     return plan, stand_file, predictor
 
 
@@ -314,7 +316,7 @@ class Life:
             self._rows += len(rows)
             real(rows)
 
-        truth.add = add  # type: ignore[method-assign]
+        truth.add = add  # type: ignore[method-assign, assignment]
 
     def _tick(self, now_s: float) -> None:
         self.lived.marks.append((now_s, self._rows))

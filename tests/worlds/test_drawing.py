@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from bufferstand.drivers.simulated.faults.schedule import FAULTS as INJECTED
 from tests.daq.fault_matrix import every_fault
 from tests.worlds.causes import OTHERS, allowed, explains
 from tests.worlds.death import STEPS
+from tests.worlds.laws import LAWS
 from tests.worlds.life import plan_world
 from tests.worlds.troubles import PHASES, SHARES, WHATS, Trouble
 from tests.worlds.world import AMPLIFIERS, MOST_TROUBLES, SPECIMENS, THERMOMETERS, draw
@@ -73,3 +75,10 @@ def test_a_stop_is_explained_by_what_struck_and_by_nothing_else() -> None:
     assert not explains([note], 4, said, unsafe=False, tight=False)
     assert not explains([full], 4, "tilt 6.0 mm is above 5 mm", unsafe=False, tight=False)
     assert not explains([], 4, said, unsafe=True, tight=True)
+
+
+def test_the_page_has_every_law_and_no_other() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "worlds.md").read_text(encoding="utf-8")
+    laws = page.partition("## Laws")[2]
+    assert re.findall(r"^\| `(\w+)` \|", laws, re.MULTILINE) == [law.__name__ for law in LAWS]
+    assert f"one of {len(STEPS)} steps" in page

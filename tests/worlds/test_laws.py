@@ -184,7 +184,7 @@ def drops_a_row(_: Life) -> None:
             item = replace(item, time_us=item.time_us[:-1], counts=short)
         real(recorder, item)
 
-    VirtualRecorder._hand_over = hand_over  # type: ignore[method-assign]
+    VirtualRecorder._hand_over = hand_over  # type: ignore[method-assign, assignment]
 
 
 def _says_it_is_safe(stop: SafeStop, does: Callable[[Any], object]) -> None:
