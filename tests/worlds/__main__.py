@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -36,6 +37,8 @@ def main(words: list[str] | None = None) -> int:
         print("\n".join(draw(seed).words() for seed in seeds))
         return 0
     results: list[Result] = []
+    for number in (signal.SIGINT, signal.SIGTERM):  # also in the background, where they may be ignored
+        signal.signal(number, signal.default_int_handler)
     try:
         for result in _lived(seeds, asked.jobs, asked.keep):
             results.append(result)
