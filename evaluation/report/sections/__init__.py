@@ -54,6 +54,11 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.sections.model import (
         model_section,
     )
+    from bufferstand.evaluation.report.sections.own_texts import (
+        appendix_sections,
+        introduction_section,
+        setup_section,
+    )
     from bufferstand.evaluation.report.sections.plausibility import (
         plausibility_section,
         spoiled_notice,
@@ -63,7 +68,9 @@ if TYPE_CHECKING:
         reevaluation_section,
     )
     from bufferstand.evaluation.report.sections.references import (
+        is_draft,
         missing_references,
+        reference_text,
     )
     from bufferstand.evaluation.report.sections.results import (
         columns,
@@ -90,7 +97,11 @@ if TYPE_CHECKING:
         targets_section,
         warnings_section,
     )
+    from bufferstand.evaluation.report.sections.unmatched import (
+        why_unmatched,
+    )
     from bufferstand.evaluation.report.sections.verdicts import (
+        name_of,
         requirements_section,
         severity,
         worst,
@@ -101,6 +112,7 @@ __all__ = [
     "ComparedFigures",
     "amendment_notice",
     "amendment_section",
+    "appendix_sections",
     "as_recorded",
     "budgets_section",
     "calibrations",
@@ -120,10 +132,13 @@ __all__ = [
     "head",
     "history_section",
     "identification",
+    "introduction_section",
+    "is_draft",
     "key_values",
     "laboratory",
     "missing_references",
     "model_section",
+    "name_of",
     "not_as_required",
     "not_tested_section",
     "operator",
@@ -133,10 +148,12 @@ __all__ = [
     "recorded_section",
     "reevaluation_notice",
     "reevaluation_section",
+    "reference_text",
     "remarks_section",
     "requirements_section",
     "rule_section",
     "runs_section",
+    "setup_section",
     "severity",
     "shown_loop",
     "signatures",
@@ -149,6 +166,7 @@ __all__ = [
     "temperature_section",
     "value_cell",
     "warnings_section",
+    "why_unmatched",
     "with_added",
     "worst",
 ]
