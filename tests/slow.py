@@ -141,4 +141,6 @@ SLOW = (
     "tests/public_records/",
     "tests/two_programs/",
     "tests/validation/",
+    "tests/worlds/test_dose.py",
+    "tests/worlds/test_laws.py",
 )
