@@ -70,7 +70,7 @@ def _add_core(parent: ET.Element, source: ReportSource, content: Content) -> Non
     if not begun:
         raise BadInput(
             "no run says when it was made, and a digital report must",
-            place="started",
+            file="--dtr",
             remedy="import the records anew with “started” in [test], or report without --dtr",
         )
     core = add(parent, "coreData")

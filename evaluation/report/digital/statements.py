@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 from bufferstand.evaluation.report.content import Section, Texts, usable
 from bufferstand.evaluation.report.digital.elements import add, add_si, add_text
-from bufferstand.evaluation.report.digital.quantities import DSI_UNITS, exact
+from bufferstand.evaluation.report.digital.quantities import exact
 from bufferstand.evaluation.report.sections import (
     deviations_section,
     is_draft,
@@ -22,6 +22,7 @@ from bufferstand.evaluation.report.sections import (
     warnings_section,
 )
 from bufferstand.evaluation.report.source import ReportSource, purpose_texts
+from bufferstand.foundation import DSI_UNITS
 
 CONFORMITY = "basic_conformity"
 """The refType that PTB's examples give to a statement of conformity."""
