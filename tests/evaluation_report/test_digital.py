@@ -168,6 +168,7 @@ def test_channels_stand_with_certificate_dates_and_limits(report: Made, root: ET
     assert channel["calibration"]["id"] in texts(
         equipment, "dcc:identifications/dcc:identification/dcc:value"
     )
+    assert channel["place"] in texts(equipment, "dcc:description/dcc:content")
     held = texts(equipment, ".//dcc:noQuantity/dcc:content")
     assert channel["calibration"]["date"] in held
     assert channel["calibration"]["valid_until"] in held

@@ -29,6 +29,7 @@ def add_quantity(
     why: str = "",
     kind: str = "",
     element: str = "quantity",
+    rounded: bool = True,
 ) -> ET.Element:
     """Add a quantity and return it; one without a value says why, one in a unit unknown to D-SI is a text.
 
@@ -47,6 +48,8 @@ def add_quantity(
         Its refType.
     element : str
         ``quantity``, ``itemQuantity`` or ``measuringEquipmentQuantity``.
+    rounded : bool
+        Whether the value was measured: one that was set (a limit) keeps every digit.
     """
     quantity = add(parent, element, kind=kind)
     add_text(quantity, "name", name)
@@ -54,7 +57,7 @@ def add_quantity(
     if number is None:
         add_text(quantity, "noQuantity", f"no value: {why or NOT_ON_RECORD}")
         return quantity
-    text, beside = numbers(number, uncertainty)
+    text, beside = numbers(number, uncertainty) if rounded else (exact(number), "")
     if unit not in DSI_UNITS:
         add_text(quantity, "noQuantity", f"{text}{f' ± {beside} (k = 2)' if beside else ''} {unit}")
         return quantity
