@@ -10,6 +10,8 @@ from bufferstand.drivers.certificates.certificate import Values
 from bufferstand.foundation import BadInput
 
 SI = "https://ptb.de/si"
+LARGEST = 1e12
+"""No stand has more of any unit: 630 kN are 6.3e5 N, 250 mm are 2.5e5 µm."""
 _K = 2.0
 _LISTS = (
     ("expandedUncXMLList", "uncertaintyXMLList", "coverageFactorXMLList"),
@@ -71,8 +73,8 @@ def _expanded(
                 f"{points} points have {len(expanded)} uncertainties and {len(factors)} coverage factors",
                 "one for all, or one a point is wanted",
             )
-        if min(expanded) < 0.0 or min(factors) <= 0.0:
-            raise refuse("an uncertainty is negative, or a coverage factor not above 0", "ask its laboratory")
+        if min(expanded) < 0.0 or min(factors) < 1.0:
+            raise refuse("an uncertainty is negative, or a coverage factor below 1", "ask its laboratory")
         spread = expanded if len(expanded) == points else expanded * points
         scales = factors if len(factors) == points else factors * points
         return tuple(_K * one / k for one, k in zip(spread, scales, strict=True))
@@ -88,6 +90,8 @@ def _numbers(element: ET.Element, name: str, refuse: Refuse) -> tuple[float, ...
             number = math.nan
         if not math.isfinite(number):
             raise refuse(f"“{word[:40]}” in si:{name} is no number", "ask its laboratory")
+        if abs(number) > LARGEST:
+            raise refuse(f"“{word[:40]}” in si:{name} is more than {LARGEST:g}", "ask its laboratory")
         numbers.append(number)
     if not numbers:
         raise refuse(f"si:{name} is missing or empty", "ask its laboratory")

@@ -210,6 +210,7 @@ DEEP = "<dcc:x>" * 100 + "</dcc:x>" * 100
         (certificate(CHAIN).replace(KN, "kN"), "its reference values are in kN, which is no unit"),
         (certificate(CHAIN).replace("629.0", "much"), "“much” in si:valueXMLList is no number"),
         (certificate(CHAIN).replace("629.0", "nan"), "“nan” in si:valueXMLList is no number"),
+        (certificate(CHAIN).replace("629.0", "1e308"), "“1e308” in si:valueXMLList is more than 1e+12"),
         (certificate(CHAIN).replace("315.5 629.0", "315.5"), "4 reference values stand beside 3 measured"),
         (certificate(CHAIN).replace("0.1 0.1 0.4 0.8", "0.1 0.1"), "4 points have 2 uncertainties"),
         (certificate(CHAIN).replace("0.1 0.1 0.4 0.8", "-0.1"), "an uncertainty is negative"),
