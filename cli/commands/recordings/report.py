@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
 
 from bufferstand.cli.evaluation import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
+from bufferstand.cli.passwords import SIGN_PASSWORD, sign_password
 from bufferstand.foundation import BadInput, how_to_add
 
 
@@ -52,6 +54,17 @@ from bufferstand.foundation import BadInput, how_to_add
 @click.option(
     "--table", metavar="FILE.xlsx", type=FILE, help="Write every table, by cycle, too, as a workbook."
 )
+@click.option(
+    "--sign",
+    metavar="KEY.p12|pkcs11:…",
+    help="Sign the PDF (PAdES) with this key: a PKCS#12 file, or a token's address (RFC 7512).",
+)
+@click.option(
+    "--sign-password-file",
+    metavar="FILE",
+    type=FILE,
+    help=f"Its first line is the key's password or PIN (default: {SIGN_PASSWORD}, else asked for).",
+)
 @judging_options
 def command(
     paths: tuple[Path, ...],
@@ -63,6 +76,8 @@ def command(
     model: Path | None,
     annex: str,
     table: Path | None,
+    sign: str | None,
+    sign_password_file: Path | None,
     judging: JudgingOptions,
 ) -> None:
     """Write the test report (HTML, PDF, XML) of a run or a campaign, or of several side by side.
@@ -74,8 +89,13 @@ def command(
     """
     from bufferstand.evaluation.archive import load_evaluation
     from bufferstand.evaluation.report import formats_here, write_comparison, write_report
+    from bufferstand.evaluation.report.signing import open_key
     from bufferstand.evaluation.report.source import Given, read_fields
 
+    if sign is None and sign_password_file is not None:
+        raise BadInput(
+            "a password of a key, and no key", file="--sign-password-file", remedy="add --sign KEY.p12"
+        )
     if out is None and digital is None:
         raise BadInput(
             "nothing says where the report is to be written",
@@ -96,27 +116,35 @@ def command(
         earlier=None if before is None else load_evaluation(before),
     )
     if len(paths) > 1:
-        if evaluation is not None:
-            raise BadInput(
-                "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+        _check_compared(out, digital, evaluation)
+    # The key is looked at before anything is evaluated: what is wrong with it is known at once.
+    with nullcontext() if sign is None else open_key(sign, sign_password(sign_password_file)) as key:
+        if len(paths) > 1 and out is not None:
+            written = write_comparison(paths, out, formats=formats, given=given, table=table, key=key)
+        else:
+            written = write_report(
+                paths[0],
+                out,
+                formats=formats,
+                document=None if evaluation is None else load_evaluation(evaluation),
+                given=given,
+                table=table,
+                digital=digital,
+                key=key,
             )
-        if out is None or digital is not None:
-            raise BadInput(
-                "a digital report is of the runs of one PATH",
-                file="--dtr",
-                remedy="give one PATH, or --out DIR alone",
-            )
-        written = write_comparison(paths, out, formats=formats, given=given, table=table)
-    else:
-        document = None if evaluation is None else load_evaluation(evaluation)
-        written = write_report(
-            paths[0],
-            out,
-            formats=formats,
-            document=document,
-            given=given,
-            table=table,
-            digital=digital,
-        )
     for file in written:
         click.echo(file)
+
+
+def _check_compared(out: Path | None, digital: Path | None, evaluation: Path | None) -> None:
+    """Refuse what is only for the report of one PATH."""
+    if evaluation is not None:
+        raise BadInput(
+            "an evaluation is of the runs of one PATH", file="--evaluation", remedy="leave it out here"
+        )
+    if out is None or digital is not None:
+        raise BadInput(
+            "a digital report is of the runs of one PATH",
+            file="--dtr",
+            remedy="give one PATH, or --out DIR alone",
+        )

@@ -5,13 +5,15 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.report.content.attachment import (
+        Attachment,
+    )
     from bufferstand.evaluation.report.content.content import (
         DASH,
         Block,
         Cell,
         Column,
         Content,
-        Image,
         Picture,
         Section,
         Sheet,
@@ -38,24 +40,42 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.own_template import (
+        OwnTemplate,
+        TemplateFile,
+    )
+    from bufferstand.evaluation.report.content.prose import (
+        Image,
+        Mark,
+        Prose,
+        ProsePart,
+        Words,
+    )
 
 __all__ = [
     "DASH",
     "UNBROKEN",
+    "Attachment",
     "Block",
     "Cell",
     "Column",
     "Content",
     "Image",
+    "Mark",
+    "OwnTemplate",
     "Picture",
+    "Prose",
+    "ProsePart",
     "Section",
     "Sheet",
     "Signature",
     "Signatures",
     "Table",
+    "TemplateFile",
     "Texts",
     "Tone",
     "VerdictLine",
+    "Words",
     "decimals_of",
     "fixed",
     "limits_text",

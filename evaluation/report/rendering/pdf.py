@@ -13,16 +13,23 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
-from bufferstand.evaluation.report.content import UNBROKEN, Content, moment_of
+from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, moment_of
+from bufferstand.evaluation.report.rendering.overridden_typst import (
+    TYPST_BLOCKS,
+    lay_out,
+    typst_refusal,
+    typst_warned,
+)
 from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
+_TEMPLATES = ("report.typ", "prose.typ")
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
-def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
-    """Return the report as PDF.
+def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[Attachment] = ()) -> bytes:
+    """Return the report as PDF/A-3b (ISO 19005-3).
 
     Parameters
     ----------
@@ -30,6 +37,8 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
         What the report says.
     figures : sequence of str
         The figures as SVG text, in the order of their numbers.
+    attachments : sequence of Attachment
+        Files that it has inside.
 
     Returns
     -------
@@ -39,7 +48,8 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     Raises
     ------
     BadInput
-        If typst is not installed, or the font lacks a letter: it would be printed as a box.
+        If typst is not installed, the font lacks a letter (it would be printed as a box), or the laboratory's
+        own template is none, with its file and line.
     RuntimeError
         If the typesetter warns or fails.
     """
@@ -50,20 +60,26 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
             "the PDF report needs typst, which is not installed",
             remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
-    said = content.document() | {"unbroken": UNBROKEN}
+    inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
+    said = content.document() | {
+        "unbroken": UNBROKEN,
+        "overridable": list(TYPST_BLOCKS),
+        "attached": _attached(inside),
+    }
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
-    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
-        folder = Path(name)
-        template = (
-            files("bufferstand.evaluation.report.rendering")
-            .joinpath("templates", "report.typ")
-            .read_text(encoding="utf-8")
-        )
-        (folder / "report.typ").write_text(template, encoding="utf-8")
+    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as temporary:
+        folder = Path(temporary)
+        templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
+        for name in _TEMPLATES:
+            template = templates.joinpath(name).read_text(encoding="utf-8")
+            (folder / name).write_text(template, encoding="utf-8")
         (folder / "report.json").write_text(document, encoding="utf-8")
+        lay_out(content.template, folder)
         for given, image in content.given().items():
             (folder / f"{given}.{image.suffix}").write_bytes(image.data)
+        for place, attachment in inside.items():
+            (folder / place).write_bytes(attachment.data)
         for number, svg in enumerate(figures, start=1):
             (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
         try:
@@ -73,15 +89,22 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
                 **_OPTIONS,
                 timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
                 format="pdf",
-                pdf_standards="a-2b",
+                pdf_standards="a-3b",
             )
         except typst.TypstError as error:
-            raise RuntimeError(f"typst could not set the report: {error.message}") from error
+            raise typst_refusal(content.template, error) from error
     if warnings:
-        raise RuntimeError("typst warned: " + "; ".join(str(warning.message) for warning in warnings))
+        raise typst_warned(content.template, warnings)
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
     return pdf
+
+
+def _attached(inside: Mapping[str, Attachment]) -> list[dict[str, str]]:
+    return [
+        {"file": place, "name": one.name, "description": one.description, "media_type": one.media_type}
+        for place, one in inside.items()
+    ]
 
 
 def _check_letters(document: str) -> None:
