@@ -136,14 +136,6 @@ def missing_of(source: ReportSource) -> tuple[str, ...]:
     )
 
 
-def missing_of(source: ReportSource) -> tuple[str, ...]:
-    """Return in words what makes a report a draft: what neither the laboratory nor a limit set states."""
-    return (
-        *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
-        *missing_references(source),
-    )
-
-
 def certificate_of(source: ReportSource) -> tuple[Block, ...]:
     """Return what stands on the first page: statement, key values, the curve, signatures."""
     picture = certificate_picture(source)

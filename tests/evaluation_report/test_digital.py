@@ -22,6 +22,7 @@ from bufferstand.evaluation.report.digital.proof import evaluation_hash
 from bufferstand.evaluation.report.digital.quantities import exact, numbers
 from bufferstand.evaluation.report.digital.whole import render_digital
 from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.report.source.source import ReportSource
 from bufferstand.evaluation.report.writing import write_report
 from bufferstand.foundation.channels.channel import CHANNEL_UNITS
@@ -50,6 +51,7 @@ WHOLE = ReportFields(
     amendment_reason="serial number",
     amendment_changes=("Serial number 0815.",),
 )
+OLD = Predecessor("BR-0123456789ab", 64 * "a", None)
 
 
 def rendered(source: ReportSource) -> ET.Element:
@@ -128,7 +130,7 @@ def test_a_clause_that_is_not_on_record_is_said_and_marks_a_draft(report: Made) 
 
 
 def test_who_where_and_when_are_those_of_the_laboratory_and_the_runs(report: Made) -> None:
-    source = replace(report.source, fields=WHOLE)
+    source = replace(report.source, fields=WHOLE, predecessor=OLD)
     root = rendered(source)
     core = one(root, "dcc:administrativeData/dcc:coreData")
     assert one(core, "dcc:countryCodeISO3166_1").text == "CZ"
@@ -139,7 +141,12 @@ def test_who_where_and_when_are_those_of_the_laboratory_and_the_runs(report: Mad
     assert one(core, "dcc:performanceLocation").text == "laboratory"
     assert one(core, "dcc:issueDate").text == "2026-03-09"
     assert texts(core, "dcc:reportAmendedSubstituted/dcc:replacedUniqueIdentifier") == ["BR-0123456789ab"]
+    previous = one(core, "dcc:previousReport")
+    assert texts(previous, "dcc:referralID") == [OLD.report]
+    assert texts(previous, "dcc:value") == [OLD.sha256]
     data = one(root, "dcc:administrativeData")
+    amended = texts(data, "dcc:statements/dcc:statement/dcc:declaration/dcc:content")
+    assert {"serial number", "Serial number 0815."} <= set(amended)
     assert texts(data, "dcc:customer/dcc:name/dcc:content") == ["Railway <&> Sons"]
     assert texts(data, "dcc:respPersons/dcc:respPerson/dcc:person/dcc:name/dcc:content") == [
         "J. Novák",

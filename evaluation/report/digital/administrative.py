@@ -93,6 +93,12 @@ def _add_core(parent: ET.Element, source: ReportSource, content: Content) -> Non
         replaced = add(core, "reportAmendedSubstituted")
         add(replaced, "typeOfChange", "substituted")
         add(replaced, "replacedUniqueIdentifier", fields.amends)
+    if source.predecessor is not None:
+        previous = add(core, "previousReport")
+        add_text(previous, "referral", "PDF of the report that this one replaces")
+        add(previous, "referralID", source.predecessor.report)
+        add(previous, "procedure", "SHA-256")
+        add(previous, "value", source.predecessor.sha256)
 
 
 def _location(source: ReportSource) -> str:

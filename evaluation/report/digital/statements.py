@@ -48,6 +48,9 @@ def add_statements(
         _add_texts(statements, "Draft", ("This report is a draft. It lacks:", *missing), kind=DRAFT)
     for notice in notices:
         _add_texts(statements, "Notice", (notice,))
+    if source.fields.amends:
+        changes = (source.fields.amendment_reason, *source.fields.amendment_changes)
+        _add_texts(statements, "Amendment: reason, and what is different", changes)
     for statement, text in zip(source.statements, purpose_texts(source), strict=True):
         _add_conformity_test(statements, source, statement, text)
     if source.fields.place_of_test:
