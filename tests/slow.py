@@ -121,6 +121,7 @@ SLOW = (
     "tests/evaluation_report/test_workbook.py",
     "tests/evaluation_report/test_writing.py",
     "tests/hostile/test_campaign_files.py",
+    "tests/hostile/test_certificates.py",
     "tests/hostile/test_foreign_files.py",
     "tests/hostile/test_journals.py",
     "tests/hostile/test_long_plans.py",

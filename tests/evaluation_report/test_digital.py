@@ -19,14 +19,16 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content.numbers import value_text
 from bufferstand.evaluation.report.digital.elements import DCC, PROOF, SI, said
 from bufferstand.evaluation.report.digital.proof import evaluation_hash
-from bufferstand.evaluation.report.digital.quantities import DSI_UNITS, exact, numbers
+from bufferstand.evaluation.report.digital.quantities import exact, numbers
 from bufferstand.evaluation.report.digital.whole import render_digital
 from bufferstand.evaluation.report.source.fields import ReportFields
+from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.report.source.source import ReportSource
 from bufferstand.evaluation.report.writing import write_report
 from bufferstand.foundation.channels.channel import CHANNEL_UNITS
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.files.hashes import file_hash
+from bufferstand.foundation.units import DSI_UNITS
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 
@@ -49,6 +51,7 @@ WHOLE = ReportFields(
     amendment_reason="serial number",
     amendment_changes=("Serial number 0815.",),
 )
+OLD = Predecessor("BR-0123456789ab", 64 * "a", None)
 
 
 def rendered(source: ReportSource) -> ET.Element:
@@ -127,7 +130,7 @@ def test_a_clause_that_is_not_on_record_is_said_and_marks_a_draft(report: Made) 
 
 
 def test_who_where_and_when_are_those_of_the_laboratory_and_the_runs(report: Made) -> None:
-    source = replace(report.source, fields=WHOLE)
+    source = replace(report.source, fields=WHOLE, predecessor=OLD)
     root = rendered(source)
     core = one(root, "dcc:administrativeData/dcc:coreData")
     assert one(core, "dcc:countryCodeISO3166_1").text == "CZ"
@@ -138,7 +141,12 @@ def test_who_where_and_when_are_those_of_the_laboratory_and_the_runs(report: Mad
     assert one(core, "dcc:performanceLocation").text == "laboratory"
     assert one(core, "dcc:issueDate").text == "2026-03-09"
     assert texts(core, "dcc:reportAmendedSubstituted/dcc:replacedUniqueIdentifier") == ["BR-0123456789ab"]
+    previous = one(core, "dcc:previousReport")
+    assert texts(previous, "dcc:referralID") == [OLD.report]
+    assert texts(previous, "dcc:value") == [OLD.sha256]
     data = one(root, "dcc:administrativeData")
+    amended = texts(data, "dcc:statements/dcc:statement/dcc:declaration/dcc:content")
+    assert {"serial number", "Serial number 0815."} <= set(amended)
     assert texts(data, "dcc:customer/dcc:name/dcc:content") == ["Railway <&> Sons"]
     assert texts(data, "dcc:respPersons/dcc:respPerson/dcc:person/dcc:name/dcc:content") == [
         "J. Novák",
@@ -167,6 +175,7 @@ def test_channels_stand_with_certificate_dates_and_limits(report: Made, root: ET
     assert channel["calibration"]["id"] in texts(
         equipment, "dcc:identifications/dcc:identification/dcc:value"
     )
+    assert channel["place"] in texts(equipment, "dcc:description/dcc:content")
     held = texts(equipment, ".//dcc:noQuantity/dcc:content")
     assert channel["calibration"]["date"] in held
     assert channel["calibration"]["valid_until"] in held

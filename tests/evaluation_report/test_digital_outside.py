@@ -8,10 +8,10 @@ import pytest
 
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.digital.elements import SI
-from bufferstand.evaluation.report.digital.quantities import DSI_UNITS
 from bufferstand.evaluation.report.digital.whole import render_digital
+from bufferstand.foundation.units import DSI_UNITS
 from tests.evaluation_report.conftest import Made
-from tests.evaluation_report.test_digital import WHOLE
+from tests.evaluation_report.test_digital import OLD, WHOLE
 from tests.outside.dcc import NO_SCHEMA, Faults, faults_of_dcc
 
 pytestmark = pytest.mark.slow
@@ -22,7 +22,7 @@ WRONG = ((b"<dcc:mainSigner>true", b"<dcc:mainSigner>maybe"), (rb"\kilo\newton<"
 @pytest.fixture(scope="module")
 def checked(report: Made, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Faults]:
     folder = tmp_path_factory.mktemp("digital")
-    whole = replace(report.source, fields=WHOLE)
+    whole = replace(report.source, fields=WHOLE, predecessor=OLD)
     files = {name: folder / f"{name}.xml" for name in ("whole", "draft", "wrong", "units")}
     files["whole"].write_bytes(render_digital(whole, build_content(whole)))
     files["draft"].write_bytes(render_digital(report.source, report.content))

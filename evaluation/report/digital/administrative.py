@@ -72,7 +72,7 @@ def _add_core(parent: ET.Element, source: ReportSource, content: Content) -> Non
     if not begun:
         raise BadInput(
             "no run says when it was made, and a digital report must",
-            place="started",
+            file="--dtr",
             remedy="import the records anew with “started” in [test], or report without --dtr",
         )
     core = add(parent, "coreData")
@@ -93,6 +93,12 @@ def _add_core(parent: ET.Element, source: ReportSource, content: Content) -> Non
         replaced = add(core, "reportAmendedSubstituted")
         add(replaced, "typeOfChange", "substituted")
         add(replaced, "replacedUniqueIdentifier", fields.amends)
+    if source.predecessor is not None:
+        previous = add(core, "previousReport")
+        add_text(previous, "referral", "PDF of the report that this one replaces")
+        add(previous, "referralID", source.predecessor.report)
+        add(previous, "procedure", "SHA-256")
+        add(previous, "value", source.predecessor.sha256)
 
 
 def _location(source: ReportSource) -> str:
