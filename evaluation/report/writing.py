@@ -16,7 +16,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Attachment, Content
 from bufferstand.evaluation.report.digital import render_digital
-from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
+from bufferstand.evaluation.report.rendering import TypesetReport, render_html, render_workbook, typeset_pdf
 from bufferstand.evaluation.report.signing import SigningKey, signed
 from bufferstand.evaluation.report.source import (
     EVALUATION_NAME,
@@ -31,14 +31,10 @@ from bufferstand.evaluation.report.source import (
 from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.foundation.files import check_outputs, replaced_whole
 
-
-def _html(content: Content, figures: Sequence[str], _: Sequence[Attachment]) -> bytes:
-    return render_html(content, figures).encode()
-
-
-_RENDERERS: Mapping[str, Callable[[Content, Sequence[str], Sequence[Attachment]], bytes]] = {
-    "html": _html,
-    "pdf": render_pdf,
+_Rendered = bytes | TypesetReport
+_RENDERERS: Mapping[str, Callable[[Content, Sequence[str], Sequence[Attachment]], _Rendered]] = {
+    "html": lambda content, figures, _: render_html(content, figures).encode(),
+    "pdf": typeset_pdf,
 }
 
 
@@ -250,13 +246,12 @@ def _write(
                 strict=True,
             )
         )
-    if key is not None:
-        state = "draft of report" if content.missing else "report"
-        rendered["pdf"] = signed(rendered["pdf"], key, reason=f"{state} {content.report_id}")
+    state = "draft of report" if content.missing else "report"
+    files = {kind: _bytes_of(one, key, f"{state} {content.report_id}") for kind, one in rendered.items()}
     written = []
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for kind, data in rendered.items():
+        for kind, data in files.items():
             target = out / f"{name}.{kind}"
             unfinished = target.with_name(target.name + ".tmp")
             unfinished.write_bytes(data)
@@ -267,3 +262,12 @@ def _write(
             f"the report cannot be written: {error.strerror}", file=out, remedy="choose another folder"
         ) from None
     return written
+
+
+def _bytes_of(rendered: _Rendered, key: SigningKey | None, reason: str) -> bytes:
+    """Return a rendered report as it is written: the PDF signed, where there is a key."""
+    if isinstance(rendered, bytes):
+        return rendered
+    if key is None:
+        return rendered.pdf
+    return signed(rendered.pdf, key, reason=reason, line=rendered.signing_line)

@@ -41,6 +41,9 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.signing_line import (
+        SigningLine,
+    )
 
 __all__ = [
     "DASH",
@@ -56,6 +59,7 @@ __all__ = [
     "Sheet",
     "Signature",
     "Signatures",
+    "SigningLine",
     "Table",
     "Texts",
     "Tone",

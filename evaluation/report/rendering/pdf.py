@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
-from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, moment_of
+from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, SigningLine, moment_of
 from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
@@ -21,7 +22,22 @@ _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
+@dataclass(frozen=True)
+class TypesetReport:
+    """A report as PDF, and where it is signed (None where it has no lines for that)."""
+
+    pdf: bytes
+    signing_line: SigningLine | None
+
+
 def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[Attachment] = ()) -> bytes:
+    """Return the report as PDF: :func:`typeset_pdf` without where it is signed."""
+    return typeset_pdf(content, figures, attachments).pdf
+
+
+def typeset_pdf(
+    content: Content, figures: Sequence[str], attachments: Sequence[Attachment] = ()
+) -> TypesetReport:
     """Return the report as PDF/A-3b (ISO 19005-3).
 
     Parameters
@@ -35,7 +51,7 @@ def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[A
 
     Returns
     -------
-    bytes
+    TypesetReport
         The same bytes for the same content: its date is the end of the last run.
 
     Raises
@@ -52,41 +68,54 @@ def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[A
             "the PDF report needs typst, which is not installed",
             remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
-    inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
-    said = content.document() | {"unbroken": UNBROKEN, "attached": _attached(inside)}
-    document = json.dumps(said, ensure_ascii=False, sort_keys=True)
-    _check_letters(document)
     with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
-        folder = Path(name)
-        template = (
-            files("bufferstand.evaluation.report.rendering")
-            .joinpath("templates", "report.typ")
-            .read_text(encoding="utf-8")
-        )
-        (folder / "report.typ").write_text(template, encoding="utf-8")
-        (folder / "report.json").write_text(document, encoding="utf-8")
-        for given, image in content.given().items():
-            (folder / f"{given}.{image.suffix}").write_bytes(image.data)
-        for place, attachment in inside.items():
-            (folder / place).write_bytes(attachment.data)
-        for number, svg in enumerate(figures, start=1):
-            (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
+        _put(content, figures, attachments, Path(name))
         try:
-            pdf, warnings = typst.compile_with_warnings(
-                str(folder / "report.typ"),
-                root=str(folder),
-                **_OPTIONS,
+            compiler = typst.Compiler(str(Path(name) / "report.typ"), root=name, **_OPTIONS)
+            pdf, warnings = compiler.compile_with_warnings(
                 timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
                 format="pdf",
                 pdf_standards="a-3b",
             )
+            ends = json.loads(compiler.query("<signing-line>", field="value"))
         except typst.TypstError as error:
             raise RuntimeError(f"typst could not set the report: {error.message}") from error
     if warnings:
         raise RuntimeError("typst warned: " + "; ".join(str(warning.message) for warning in warnings))
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
-    return pdf
+    return TypesetReport(pdf, _signing_line(ends))
+
+
+def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachment], folder: Path) -> None:
+    """Write what the typesetter reads into a folder."""
+    inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
+    said = content.document() | {"unbroken": UNBROKEN, "attached": _attached(inside)}
+    document = json.dumps(said, ensure_ascii=False, sort_keys=True)
+    _check_letters(document)
+    template = (
+        files("bufferstand.evaluation.report.rendering")
+        .joinpath("templates", "report.typ")
+        .read_text(encoding="utf-8")
+    )
+    (folder / "report.typ").write_text(template, encoding="utf-8")
+    (folder / "report.json").write_text(document, encoding="utf-8")
+    for given, image in content.given().items():
+        (folder / f"{given}.{image.suffix}").write_bytes(image.data)
+    for place, attachment in inside.items():
+        (folder / place).write_bytes(attachment.data)
+    for number, svg in enumerate(figures, start=1):
+        (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
+
+
+def _signing_line(ends: Sequence[Mapping[str, Any]]) -> SigningLine | None:
+    if not ends:
+        return None
+    left, right = ends
+    x_left, x_right, y, height = (
+        float(text.removesuffix("pt")) for text in (left["x"], right["x"], left["y"], left["height"])
+    )
+    return SigningLine(int(left["page"]), x_left, x_right, height - y)
 
 
 def _attached(inside: Mapping[str, Attachment]) -> list[dict[str, str]]:
