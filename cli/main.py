@@ -35,6 +35,7 @@ COMMANDS = {
     "note": "Add an operator's note to a campaign, before, during or after it.",
     "check": "Read every device of a stand once; say what is stale or out of range.",
     "stand": "The stand by hand: readings, tare, zero, slow motions.",
+    "calibration": "Take a channel's calibration from a digital certificate (DCC).",
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
     "fault": "Let a device of a simulated stand that is being served fail, or mend it.",
     "import": "Turn foreign records (CSV) into run files.",
@@ -52,7 +53,7 @@ COMMANDS = {
 
 SECTIONS = {
     "Start here": ("demo", "samples"),
-    "Test": ("plan", "check", "stand", "run", "resume", "monitor", "stop", "note"),
+    "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": (
         "runs",
         "verify",
@@ -89,6 +90,7 @@ _GROUPS = {
 MODULES = {
     **{name: f"{group}.{module_name(name)}" for group, names in _GROUPS.items() for name in names},
     "stand": "stand.group",
+    "calibration": "calibration.group",
     "model": "model.group",
     "samples": "samples",
     "schema": "schema",

@@ -71,6 +71,7 @@ if TYPE_CHECKING:
         NO_TEMPERATURE_STOP,
     )
     from bufferstand.foundation.units import (
+        DSI_UNITS,
         FACTORS,
         INSIDE_UNIT,
         conversion,
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DELAYS_TO_SPEED",
+    "DSI_UNITS",
     "FACTORS",
     "INSIDE_UNIT",
     "LOGGER_HZ",

@@ -5,6 +5,7 @@ Inside: mm, kN, s, °C, J (1 kN·mm = 1 J). A conversion is ``value * factor + o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
@@ -49,6 +50,36 @@ INSIDE_UNIT = {
     "acceleration": "m/s²",
 }
 """The unit in which each quantity is kept inside."""
+
+
+DSI_UNITS: Mapping[str, str] = {
+    "1": r"\one",
+    "": r"\one",
+    "cycles": r"\one",
+    "%": r"\percent",
+    "kN": r"\kilo\newton",
+    "N": r"\newton",
+    "mm": r"\milli\metre",
+    "mm/s": r"\milli\metre\per\second",
+    "m": r"\metre",
+    "m/s": r"\metre\per\second",
+    "km/h": r"\kilo\metre\per\hour",
+    "kN/mm": r"\kilo\newton\per\milli\metre",
+    "J": r"\joule",
+    "kJ": r"\kilo\joule",
+    "Hz": r"\hertz",
+    "°C": r"\degreecelsius",
+    "K": r"\kelvin",
+    "s": r"\second",
+    "min": r"\minute",
+    "h": r"\hour",
+    "bar": r"\bar",
+    "MPa": r"\mega\pascal",
+    "kPa": r"\kilo\pascal",
+    "Pa": r"\pascal",
+    "m/s²": r"\metre\per\second\tothe{2}",
+}
+"""Units of results, limits and channels in D-SI (PTB and SmartCom, 2.1.0, doi 10.5281/zenodo.3366901)."""
 
 
 def conversion(quantity: str, unit: str) -> tuple[float, float]:

@@ -109,10 +109,7 @@ def build_content(source: ReportSource) -> Content:
         title="Test report: static and dynamic characteristics",
         subtitle=_subtitle(source),
         notices=(*reevaluation_notice(source), *notices_of(source)),
-        missing=(
-            *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
-            *missing_references(source),
-        ),
+        missing=missing_of(source),
         head=head(source),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
@@ -121,6 +118,14 @@ def build_content(source: ReportSource) -> Content:
         detailed=source.detailed,
         mark=source.mark,
         photo=source.photo,
+    )
+
+
+def missing_of(source: ReportSource) -> tuple[str, ...]:
+    """Return in words what makes a report a draft: what neither the laboratory nor a limit set states."""
+    return (
+        *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
+        *missing_references(source),
     )
 
 

@@ -39,6 +39,9 @@ if TYPE_CHECKING:
         typed,
         typed_json,
     )
+    from bufferstand.foundation.files.xml_trees import (
+        xml_tree,
+    )
 
 __all__ = [
     "DEEPEST",
@@ -61,6 +64,7 @@ __all__ = [
     "typed",
     "typed_json",
     "write_text",
+    "xml_tree",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -19,7 +19,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content.numbers import value_text
 from bufferstand.evaluation.report.digital.elements import DCC, PROOF, SI, said
 from bufferstand.evaluation.report.digital.proof import evaluation_hash
-from bufferstand.evaluation.report.digital.quantities import DSI_UNITS, exact, numbers
+from bufferstand.evaluation.report.digital.quantities import exact, numbers
 from bufferstand.evaluation.report.digital.whole import render_digital
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.source import ReportSource
@@ -27,6 +27,7 @@ from bufferstand.evaluation.report.writing import write_report
 from bufferstand.foundation.channels.channel import CHANNEL_UNITS
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.files.hashes import file_hash
+from bufferstand.foundation.units import DSI_UNITS
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import PAPER_LIKE, hand_made_document, write_campaign
 
@@ -167,6 +168,7 @@ def test_channels_stand_with_certificate_dates_and_limits(report: Made, root: ET
     assert channel["calibration"]["id"] in texts(
         equipment, "dcc:identifications/dcc:identification/dcc:value"
     )
+    assert channel["place"] in texts(equipment, "dcc:description/dcc:content")
     held = texts(equipment, ".//dcc:noQuantity/dcc:content")
     assert channel["calibration"]["date"] in held
     assert channel["calibration"]["valid_until"] in held

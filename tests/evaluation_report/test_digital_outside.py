@@ -8,8 +8,8 @@ import pytest
 
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.digital.elements import SI
-from bufferstand.evaluation.report.digital.quantities import DSI_UNITS
 from bufferstand.evaluation.report.digital.whole import render_digital
+from bufferstand.foundation.units import DSI_UNITS
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_digital import WHOLE
 from tests.outside.dcc import NO_SCHEMA, Faults, faults_of_dcc

@@ -3,8 +3,8 @@
     python dcc_check.py SCHEMAS FILE.xml...
 
 SCHEMAS is a folder with dcc.xsd and SI_Format.xsd, or empty. Nothing is fetched. Prints JSON: of each file
-what the schema finds wrong (null without one), what PTB's rules (schematron) find, and which units are none of
-D-SI.
+what the schema finds wrong (null without one), what PTB's rules (schematron) find, and which units are none
+of D-SI.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from bufferstand.evaluation.report.build import missing_of, notices_of
 from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.digital.elements import (
     LANGUAGE,
@@ -16,7 +17,7 @@ from bufferstand.evaluation.report.digital.elements import (
 )
 from bufferstand.evaluation.report.digital.quantities import add_quantity
 from bufferstand.evaluation.report.digital.statements import add_statements
-from bufferstand.evaluation.report.sections import customer, laboratory, operator
+from bufferstand.evaluation.report.sections import customer, laboratory, operator, reevaluation_notice
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
 from bufferstand.foundation import BadInput
 
@@ -55,7 +56,8 @@ def add_administrative(parent: ET.Element, source: ReportSource, content: Conten
     )
     _add_persons(add(data, "respPersons"), source)
     _add_contact(add(data, "customer"), customer(source), (fields.customer_address,), None)
-    add_statements(data, source, content.notices, (*content.missing, *lacking(source)))
+    missing = (*missing_of(source), *lacking(source))
+    add_statements(data, source, (*reevaluation_notice(source), *notices_of(source)), missing)
 
 
 def lacking(source: ReportSource) -> tuple[str, ...]:
@@ -70,7 +72,7 @@ def _add_core(parent: ET.Element, source: ReportSource, content: Content) -> Non
     if not begun:
         raise BadInput(
             "no run says when it was made, and a digital report must",
-            place="started",
+            file="--dtr",
             remedy="import the records anew with “started” in [test], or report without --dtr",
         )
     core = add(parent, "coreData")

@@ -21,12 +21,12 @@ _STATED = (
 """Of a channel's ``uncertainty``: key, words, unit (empty: the channel's own)."""
 
 
-def channels_of(run: ReportRun) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Return the measuring channels of a run, each with the device that sampled it."""
+def channels_of(run: ReportRun) -> Iterator[Mapping[str, Any]]:
+    """Return the measuring channels of a run. Of the devices no address leaves the laboratory with them."""
     for stream in (run.fact("streams") or {}).values():
         for channel in stream.get("channels") or []:
             if channel.get("quantity") not in {"command", "position"}:
-                yield str(stream.get("device") or ""), channel
+                yield channel
 
 
 def add_equipment(parent: ET.Element, run: ReportRun) -> None:
@@ -35,15 +35,15 @@ def add_equipment(parent: ET.Element, run: ReportRun) -> None:
     if not channels:
         return
     equipments = add(parent, "measuringEquipments")
-    for device, channel in channels:
-        _add_channel(equipments, device, channel, simulated=bool(run.simulated))
+    for channel in channels:
+        _add_channel(equipments, channel, simulated=bool(run.simulated))
 
 
-def _add_channel(parent: ET.Element, device: str, channel: Mapping[str, Any], *, simulated: bool) -> None:
+def _add_channel(parent: ET.Element, channel: Mapping[str, Any], *, simulated: bool) -> None:
     calibration: Mapping[str, Any] = channel.get("calibration") or {}
     one = add(parent, "measuringEquipment")
     add_text(one, "name", f"channel {channel.get('name')} ({channel.get('quantity')})")
-    described = [text for text in (channel.get("place"), device) if text]
+    described = [channel["place"]] if channel.get("place") else []
     if simulated:
         described.append(_NOT_USED)
     if described:
@@ -74,4 +74,5 @@ def _add_channel(parent: ET.Element, device: str, channel: Mapping[str, Any], *,
                 uncertainty[key],
                 unit or str(channel.get("unit") or ""),
                 element="measuringEquipmentQuantity",
+                rounded=False,
             )

@@ -6,43 +6,17 @@ D-SI: Digital System of Units, PTB and SmartCom, version 2.1.0, doi 10.5281/zeno
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from xml.etree import ElementTree as ET
 
 from bufferstand.evaluation.report.content import decimals_of, usable
 from bufferstand.evaluation.report.digital.elements import NOT_ON_RECORD, add, add_si, add_text
+from bufferstand.foundation import DSI_UNITS
 
 COVERAGE_FACTOR = "2"
 COVERAGE_PROBABILITY = "0.95"
 """U = 2 u covers about 95 %, as the printed report says."""
 _MOST_DECIMALS = 3
 _SIGNIFICANT = 4
-
-DSI_UNITS: Mapping[str, str] = {
-    "1": r"\one",
-    "": r"\one",
-    "cycles": r"\one",
-    "%": r"\percent",
-    "kN": r"\kilo\newton",
-    "N": r"\newton",
-    "mm": r"\milli\metre",
-    "mm/s": r"\milli\metre\per\second",
-    "m/s": r"\metre\per\second",
-    "km/h": r"\kilo\metre\per\hour",
-    "kN/mm": r"\kilo\newton\per\milli\metre",
-    "J": r"\joule",
-    "kJ": r"\kilo\joule",
-    "Hz": r"\hertz",
-    "°C": r"\degreecelsius",
-    "K": r"\kelvin",
-    "s": r"\second",
-    "min": r"\minute",
-    "h": r"\hour",
-    "bar": r"\bar",
-    "MPa": r"\mega\pascal",
-    "m/s²": r"\metre\per\second\tothe{2}",
-}
-"""Units of results, limits and channels in D-SI."""
 
 
 def add_quantity(
@@ -55,6 +29,7 @@ def add_quantity(
     why: str = "",
     kind: str = "",
     element: str = "quantity",
+    rounded: bool = True,
 ) -> ET.Element:
     """Add a quantity and return it; one without a value says why, one in a unit unknown to D-SI is a text.
 
@@ -73,6 +48,8 @@ def add_quantity(
         Its refType.
     element : str
         ``quantity``, ``itemQuantity`` or ``measuringEquipmentQuantity``.
+    rounded : bool
+        Whether the value was measured: one that was set (a limit) keeps every digit.
     """
     quantity = add(parent, element, kind=kind)
     add_text(quantity, "name", name)
@@ -80,7 +57,7 @@ def add_quantity(
     if number is None:
         add_text(quantity, "noQuantity", f"no value: {why or NOT_ON_RECORD}")
         return quantity
-    text, beside = numbers(number, uncertainty)
+    text, beside = numbers(number, uncertainty) if rounded else (exact(number), "")
     if unit not in DSI_UNITS:
         add_text(quantity, "noQuantity", f"{text}{f' ± {beside} (k = 2)' if beside else ''} {unit}")
         return quantity

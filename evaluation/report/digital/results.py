@@ -50,7 +50,7 @@ def _way(run: ReportRun) -> str:
     return content_hash(
         [
             [run.fact("software"), limits.get("sha256"), bool(run.stated), run.kind, run.simulated],
-            [[device, dict(channel)] for device, channel in channels_of(run)],
+            [dict(channel) for channel in channels_of(run)],
         ]
     )
 

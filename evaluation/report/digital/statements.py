@@ -7,8 +7,8 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 from bufferstand.evaluation.report.content import Section, Texts, usable
-from bufferstand.evaluation.report.digital.elements import add, add_si, add_text
-from bufferstand.evaluation.report.digital.quantities import DSI_UNITS, exact
+from bufferstand.evaluation.report.digital.elements import add, add_text
+from bufferstand.evaluation.report.digital.quantities import add_quantity
 from bufferstand.evaluation.report.sections import (
     deviations_section,
     is_draft,
@@ -54,7 +54,7 @@ def add_statements(
         _add_texts(statements, "Place of the test", (source.fields.place_of_test,))
     for section in (
         deviations_section(source),
-        not_tested_section(source),
+        not_tested_section(source, first_page=False),
         warnings_section(source),
         rule_section(source),
         opinions_section(source),
@@ -111,18 +111,7 @@ def add_conformity(parent: ET.Element, requirement: Mapping[str, Any], source: R
     if limits:
         held = add(entry, "data")
         for words, value in limits:
-            _add_limit(held, words, value, unit)
-
-
-def _add_limit(parent: ET.Element, words: str, value: float, unit: str) -> None:
-    quantity = add(parent, "quantity")
-    add_text(quantity, "name", words)
-    if unit not in DSI_UNITS:
-        add_text(quantity, "noQuantity", f"{exact(value)} {unit}")
-        return
-    real = add_si(quantity, "real")
-    add_si(real, "value", exact(value))
-    add_si(real, "unit", DSI_UNITS[unit])
+            add_quantity(held, words, value, unit, rounded=False)
 
 
 def _start(

@@ -23,7 +23,7 @@ def render_digital(source: ReportSource, content: Content) -> bytes:
     source : ReportSource
         Runs, their evaluation, and what the laboratory adds.
     content : Content
-        The printed report of the same source: its id, notices, and what it lacks.
+        The printed report of the same source, in any language: the digital one has its id.
 
     Returns
     -------

@@ -1,0 +1,1 @@
+"""Commands on calibrations: taking one from a certificate."""
