@@ -58,6 +58,10 @@ if TYPE_CHECKING:
         plain,
         plain_but_for_displays,
     )
+    from bufferstand.foundation.published_campaigns import (
+        PAPER_CAMPAIGN,
+        PublishedCampaign,
+    )
     from bufferstand.foundation.run_kinds import (
         Kind,
     )
@@ -86,6 +90,7 @@ __all__ = [
     "LOGGER_HZ",
     "MISSED_CYCLES_MAX_PER_MIN",
     "NO_TEMPERATURE_STOP",
+    "PAPER_CAMPAIGN",
     "BadInput",
     "Clock",
     "CommandRejected",
@@ -97,6 +102,7 @@ __all__ = [
     "Harmonic",
     "Kind",
     "NotInCharge",
+    "PublishedCampaign",
     "Purpose",
     "RampTo",
     "Release",

@@ -20,6 +20,11 @@ if TYPE_CHECKING:
         QUANTITIES,
         SETTLING,
     )
+    from bufferstand.evaluation.catalogue.published_values import (
+        PUBLISHED_VALUES,
+        PublishedValue,
+        published,
+    )
     from bufferstand.evaluation.catalogue.quantity import (
         KINDS,
         NOT_FINITE,
@@ -38,14 +43,17 @@ __all__ = [
     "OF_LOOP",
     "OF_THERMOMETER",
     "OF_TURNS",
+    "PUBLISHED_VALUES",
     "QUANTITIES",
     "SETTLING",
     "Catalogue",
     "Channel",
     "InCycles",
+    "PublishedValue",
     "Quantity",
     "Rounding",
     "of_loop",
+    "published",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -13,6 +13,7 @@ from bufferstand.evaluation.report.sections import (
     BuildSection,
     amendment_notice,
     amendment_section,
+    appendix_sections,
     budgets_section,
     calibrations,
     conditions_section,
@@ -26,6 +27,7 @@ from bufferstand.evaluation.report.sections import (
     further_budgets_section,
     head,
     history_section,
+    introduction_section,
     key_values,
     laboratory,
     missing_references,
@@ -41,6 +43,7 @@ from bufferstand.evaluation.report.sections import (
     requirements_section,
     rule_section,
     runs_section,
+    setup_section,
     signatures,
     simulated_notice,
     software_section,
@@ -56,12 +59,14 @@ from bufferstand.evaluation.report.source import ReportSource, missing_fields, r
 SECTIONS: tuple[BuildSection, ...] = with_added(
     (
         amendment_section,
+        introduction_section,
         reevaluation_section,
         conformity_section,
         runs_section,
         figures_section,
         temperature_section,
         model_comparison_section,
+        setup_section,
         conditions_section,
         deviations_section,
         not_tested_section,
@@ -102,7 +107,7 @@ def build_content(source: ReportSource) -> Content:
         The same for the same source, whenever and wherever it is built.
     """
     version = (source.document.get("software") or {}).get("version")
-    built = [build(source) for build in SECTIONS]
+    built = [*(build(source) for build in SECTIONS), *appendix_sections(source)]
     certificate, sections = numbered(certificate_of(source), [one for one in built if one is not None])
     ends = [run.ended for run in source.runs if run.ended is not None]
     return Content(
@@ -118,6 +123,8 @@ def build_content(source: ReportSource) -> Content:
         detailed=source.detailed,
         mark=source.mark,
         photo=source.photo,
+        accreditation=source.accreditation,
+        template=source.template,
     )
 
 

@@ -5,39 +5,40 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
-from bufferstand.evaluation.report.build import notices_of
+from bufferstand.evaluation.report.build import missing_of, notices_of
 from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
     amendment_section,
+    appendix_sections,
     calibrations,
     compared_of,
     comparison_sections,
     conditions_section,
-    customer,
     data_section,
     deviations_section,
     head,
     identification,
-    laboratory,
-    missing_references,
+    introduction_section,
     not_tested_section,
-    operator,
     opinions_section,
     recorded_section,
     remarks_section,
     rule_section,
     runs_section,
+    setup_section,
     signatures,
     software_section,
     targets_section,
     warnings_section,
+    why_unmatched,
 )
 from bufferstand.evaluation.report.source import (
+    ComparedSpecimen,
     ComparedSpecimens,
+    Condition,
     conditions_of,
-    missing_fields,
 )
 
 _REST = (
@@ -66,10 +67,12 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     pictures = comparison_pictures(sides, compared)
     built = [
         amendment_section(whole),
+        introduction_section(whole),
         *comparison_sections(sides, compared),
         Section("figures", "Figures", tuple(pictures[1:])) if pictures[1:] else None,
         identification(specimens),
         runs_section(whole),
+        setup_section(whole),
         conditions_section(whole),
         deviations_section(whole),
         not_tested_section(whole, first_page=False),
@@ -82,6 +85,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         targets_section(whole),
         data_section(whole, sides.evaluations),
         software_section(whole),
+        *appendix_sections(whole),
     ]
     first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
@@ -90,10 +94,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         title="Test report: comparison of specimens",
         subtitle=" · ".join(f"{side.letter}: {side.name}" for side in sides.sides),
         notices=notices_of(whole),
-        missing=(
-            *missing_fields(whole.fields, laboratory(whole), customer(whole), operator(whole)),
-            *missing_references(whole),
-        ),
+        missing=missing_of(whole),
         head=head(whole),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
@@ -101,6 +102,8 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         certificate=certificate,
         detailed=whole.detailed,
         mark=whole.mark,
+        accreditation=whole.accreditation,
+        template=whole.template,
     )
 
 
@@ -113,12 +116,13 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
         known = [(row, apart) for row, apart in found if apart.normalised is not None]
         beyond = [(row, apart) for row, apart in known if apart.beyond]
         if not found:
-            sentences.append(f"{side.letter} ({side.name}): no step of it was run on {first.letter}, too.")
+            sentences.append(_nothing_found(side, first, conditions_of(sides), place))
             continue
+        differences = _counted(len(found), "difference")
+        steps = _counted(len({row.condition.number for row, _ in found}), "step")
         sentence = (
-            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {len(found)} differences of "
-            f"{len({row.condition.number for row, _ in found})} steps, {len(beyond)} of them beyond their "
-            "expanded uncertainty."
+            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {differences} of {steps}, "
+            f"{len(beyond)} of them beyond their expanded uncertainty."
         )
         if beyond:
             sentence += f" Clearest: {_clearest(beyond)}."
@@ -126,6 +130,23 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
             sentence += f" {len(found) - len(known)} have no uncertainty to be held against."
         sentences.append(sentence)
     return Texts((*sentences, _REST))
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def _nothing_found(
+    side: ComparedSpecimen, first: ComparedSpecimen, conditions: Sequence[Condition], place: int
+) -> str:
+    """Return why a specimen differs from the first in nothing: no shared step, or none with results."""
+    named = f"{side.letter} ({side.name}) and {first.letter} ({first.name})"
+    shared = [one for one in conditions if one.runs[0] is not None and one.runs[place] is not None]
+    if shared:
+        return f"{named} cannot be compared: {_counted(len(shared), 'step')} of both gave no result of both."
+    run = next((part for whole in side.source.runs for part in whole.parts), None)
+    why = "" if run is None else f" Run {run.label}, for one: {why_unmatched(run, first)}."
+    return f"{named} cannot be compared: they share no step.{why}"
 
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:

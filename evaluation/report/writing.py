@@ -16,6 +16,7 @@ from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Attachment, Content
 from bufferstand.evaluation.report.digital import render_digital
+from bufferstand.evaluation.report.numbering import with_number
 from bufferstand.evaluation.report.rendering import TypesetReport, render_html, render_workbook, typeset_pdf
 from bufferstand.evaluation.report.signing import SigningKey, signed
 from bufferstand.evaluation.report.source import (
@@ -101,11 +102,13 @@ def write_report(
     check_outputs([file for file in (table, digital) if file is not None])
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
+    if out is not None:
+        _check_kept(source.fields, out / f"{source.name}-report.pdf")
+    source = with_number(source)
     content = build_content(source)
     xml = render_digital(source, content) if digital is not None else _digital(source, content)
     written = []
     if out is not None:
-        _check_kept(source.fields, out / f"{source.name}-report.pdf")
         inside = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json}, xml)
         written = _write(content, inside, out, f"{source.name}-report", formats, key)
     if table is not None:
@@ -169,6 +172,7 @@ def write_comparison(
     check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
     _check_kept(sides.whole.fields, out / "comparison-report.pdf")
+    sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
     attached = attachments_of(content, sides.whole, sides.evaluations)
     written = _write(content, attached, out, "comparison-report", formats, key)
@@ -196,7 +200,7 @@ def _check_signing(key: SigningKey | None, formats: Sequence[str]) -> None:
         raise BadInput(
             "a signature is part of the PDF, and none is written",
             file="--sign",
-            remedy=f"install typst ({how_to_add('pdf')}), or do not sign",
+            remedy=f"give --out DIR, and install typst where it is missing ({how_to_add('pdf')})",
         )
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from bufferstand.foundation import PublishedCampaign
 from bufferstand.foundation.files import file_hash
 from bufferstand.foundation.settings import Settings, Within, parse_settings, read_text
 from bufferstand.protocols.bounded_numbers import Air, Speed, Temperature
@@ -41,6 +42,10 @@ class CampaignFacts(Settings):
     operator: str = ""
     customer: str = ""
     note: str = ""
+    reproduces: Literal[""] | PublishedCampaign = Field(
+        default="",
+        description="the published campaign that this one is; the report sets both side by side",
+    )
 
 
 class PlanConditions(Settings):
@@ -135,7 +140,10 @@ class Campaign:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the campaign's facts for run files and ``plan --json``."""
-        return self.content.campaign.model_dump(mode="json") | {"file": self.path.name, "sha256": self.sha256}
+        facts = self.content.campaign.model_dump(mode="json")
+        if not facts["reproduces"]:
+            del facts["reproduces"]
+        return facts | {"file": self.path.name, "sha256": self.sha256}
 
 
 _STEP_HEADER = re.compile(r"^\s*\[\[\s*step\s*(\.\s*step\s*)?\]\]")

@@ -65,7 +65,11 @@ def test_runs_of_the_same_step_are_paired_and_the_others_named(folders: tuple[Pa
     pairs = [tuple(run.number if run else None for run in c.runs) for c in conditions]
     assert pairs == [(1, 4), (2, 5)]
     content = build_comparison(sides)
-    assert "Run 3: a step that none of the others has run; not compared." in everything(content)
+    (row,) = table_named(content, "Steps without a counterpart").rows
+    assert [cell.text for cell in row[:4]] == ["A", "3", "20 ± 20 mm, 0.64 Hz", "B"]
+    assert row[4].text == (
+        "Run 5 is the nearest: frequency 0.64 Hz against 0.32 Hz: 0.32 Hz apart, at most 0.032 Hz permitted"
+    )
     assert [run.file for run in sides.whole.runs][3].startswith("two/")
 
 
@@ -117,7 +121,53 @@ def test_steps_that_do_not_meet_are_said_to_be_none(folders: tuple[Path, Path, P
         read_source(other, hand_made_document((PAPER_LIKE[5],))),
     ]
     content = build_comparison(side_by_side(sources, ReportFields()))
-    assert "nothing can be compared" in everything(content)
+    text = everything(content)
+    assert "nothing can be compared" in text
+    assert "0 differences" not in text
+    assert "cannot be compared: they share no step. Run " in text
+    reasons = {row[3].text: row[4].text for row in table_named(content, "Steps without a counterpart").rows}
+    assert set(reasons) == {"A", "B"}
+
+
+def test_a_step_that_was_repeated_more_often_on_one_is_said_to_be(folders: tuple[Path, Path, Path]) -> None:
+    sides = sides_of(folders[1:], (1.0, 1.0))
+    again = dataclasses.replace(sides.sides[1].source, runs=sides.sides[1].source.runs[:1])
+    first, second = sides.sides
+    run = dataclasses.replace(first.source.runs[0], number=9)
+    more = dataclasses.replace(
+        first, source=dataclasses.replace(first.source, runs=(*first.source.runs, run))
+    )
+    both = dataclasses.replace(
+        sides,
+        sides=(more, dataclasses.replace(second, source=again)),
+        whole=dataclasses.replace(sides.whole, runs=(*more.source.runs, *again.runs)),
+    )
+    rows = table_named(build_comparison(both), "Steps without a counterpart").rows
+    said = {row[1].text: row[4].text for row in rows}
+    assert said["9"] == "B has run this step fewer times (run 3)"
+    assert said["2"] == "B has no harmonic run"
+
+
+def test_shared_steps_without_results_are_no_differences(folders: tuple[Path, Path, Path]) -> None:
+    sides = sides_of(folders[1:], (1.0, 1.0))
+    bare = tuple(
+        dataclasses.replace(
+            run,
+            record=None,
+            evaluated={**run.evaluated, "cycles": [], "summary": None, "requirements": [], "extremes": {}},
+        )
+        for run in sides.sides[1].source.runs
+    )
+    second = dataclasses.replace(sides.sides[1], source=dataclasses.replace(sides.sides[1].source, runs=bare))
+    both = dataclasses.replace(
+        sides,
+        sides=(sides.sides[0], second),
+        whole=dataclasses.replace(sides.whole, runs=(*sides.sides[0].source.runs, *bare)),
+    )
+    text = everything(build_comparison(both))
+    assert "0 differences" not in text
+    assert "gave no result of both" in text
+    assert "runs 2, 4 have no result in common" in text
 
 
 IN_ANOTHER_PROCESS = """

@@ -163,6 +163,7 @@ def test_an_appended_update_is_found(sealed: SignedReport, tmp_path: Path) -> No
         assert "bytes were added after it was signed" in "\n".join(faults(path))
 
 
+@pytest.mark.slow
 def test_a_report_signed_again_after_a_change_is_found(sealed: SignedReport, tmp_path: Path) -> None:
     def other_page(writer: IncrementalPdfFileWriter) -> None:
         page = writer.root["/Pages"]["/Kids"][0]
@@ -182,6 +183,7 @@ def test_a_report_signed_again_after_a_change_is_found(sealed: SignedReport, tmp
     assert any(text.startswith("signature 2: the signer is none of those trusted") for text in found)
 
 
+@pytest.mark.slow
 def test_a_second_signature_is_no_change(sealed: SignedReport, tmp_path: Path) -> None:
     from pyhanko.sign import signers
 
@@ -197,6 +199,7 @@ def test_a_second_signature_is_no_change(sealed: SignedReport, tmp_path: Path) -
     assert "signature 2: covers the whole file" in held
 
 
+@pytest.mark.slow
 def test_another_evaluation_of_sound_structure_is_found_by_the_signature_and_by_the_runs(
     sealed: SignedReport, tmp_path: Path
 ) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.catalogue import QUANTITIES
+from bufferstand.evaluation.catalogue import QUANTITIES, published
 from bufferstand.evaluation.facts import CycleResult, Options, RunFacts
 from bufferstand.evaluation.figures.decimate import kept_samples
 from bufferstand.evaluation.figures.loops import (
@@ -167,14 +167,17 @@ def _constant_amplitude(buffer: SpringModel, static: SimulatedRun) -> _Part:
 def _trends(buffer: SpringModel) -> _Part:
     """Fig. 8: damping and stiffness over frequency, at one temperature."""
     series, rows = [], []
-    published = {(20.0, 0.08): 0.232, (20.0, 1.27): 0.225, (40.0, 0.04): 0.386, (40.0, 0.32): 0.373}
+    printed = {
+        (one.step["amplitude_mm"], one.step["frequency_Hz"]): one.value
+        for one in published("damping", "harmonic")
+    }
     for amplitude, frequencies in DAMPING_LOOPS:
         values = []
         for frequency in frequencies:
             cycle = _evaluated(harmonic_run(buffer, amplitude, amplitude, frequency, _REFERENCE_C))
             values.append(_figure_of(cycle.quantities.damping))
-            if (amplitude, frequency) in published:
-                paper = published[amplitude, frequency]
+            if (amplitude, frequency) in printed:
+                paper = printed[amplitude, frequency]
                 what = f"damping, 0 to {2.0 * amplitude:g} mm, {frequency:g} Hz"
                 rows.append(PaperRow("8a", what, "1", paper, values[-1], "the specimen was made to show it"))
         series.append(_trend(f"0 to {2.0 * amplitude:g} mm", frequencies, values))
@@ -214,17 +217,22 @@ def _axis(name: str) -> str:
 
 def _draw_hook(hook: SpringModel) -> _Part:
     """Fig. 9: one draw hook at 25 and 75 °C."""
-    ends = ((42.5, 25.0), (44.5, 75.0))
+    forces, dampings = published("force_max_kN", "static"), published("damping", "static")
+    ends = [(one.step["stroke_max_mm"], one.step["temperature_start_C"]) for one in forces]
     runs = [static_run(hook, T, force_limit_kN=1e4, stroke_limit_mm=x) for x, T in ends]
     evaluated = [_evaluated(run, "static") for run in runs]
     made = "the specimen was made to show it"
     rows = []
-    for (x, T), cycle, force, damping in zip(ends, evaluated, (593.0, 374.0), (39.0, 37.0), strict=True):
+    for (x, T), cycle, force, damping in zip(ends, evaluated, forces, dampings, strict=True):
         values = cycle.quantities
         top = _figure_of(values.force_max_kN)
-        rows.append(PaperRow("9", f"end force, {x:g} mm, {T:g} °C", "kN", force, top, made))
+        rows.append(PaperRow("9", f"end force, {x:g} mm, {T:g} °C", "kN", force.value, top, made))
         percent = 100.0 * _figure_of(values.damping)
-        rows.append(PaperRow("9", f"damping, {x:g} mm, {T:g} °C", "%", damping, percent, f"{made} (c_eta)"))
+        rows.append(
+            PaperRow(
+                "9", f"damping, {x:g} mm, {T:g} °C", "%", 100.0 * damping.value, percent, f"{made} (c_eta)"
+            )
+        )
     for stroke in (42.5, 44.5):
         cold, warm = (predict_static(hook, 1e4, stroke, 5.0, T).absorbed_energy_J for T in (25.0, 75.0))
         remark = "“under the condition of a similar stroke value”, read as equal stroke"

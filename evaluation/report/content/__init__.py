@@ -14,7 +14,6 @@ if TYPE_CHECKING:
         Cell,
         Column,
         Content,
-        Image,
         Picture,
         Section,
         Sheet,
@@ -41,6 +40,17 @@ if TYPE_CHECKING:
         usable,
         value_text,
     )
+    from bufferstand.evaluation.report.content.own_template import (
+        OwnTemplate,
+        TemplateFile,
+    )
+    from bufferstand.evaluation.report.content.prose import (
+        Image,
+        Mark,
+        Prose,
+        ProsePart,
+        Words,
+    )
     from bufferstand.evaluation.report.content.signing_line import (
         SigningLine,
     )
@@ -54,16 +64,22 @@ __all__ = [
     "Column",
     "Content",
     "Image",
+    "Mark",
+    "OwnTemplate",
     "Picture",
+    "Prose",
+    "ProsePart",
     "Section",
     "Sheet",
     "Signature",
     "Signatures",
     "SigningLine",
     "Table",
+    "TemplateFile",
     "Texts",
     "Tone",
     "VerdictLine",
+    "Words",
     "decimals_of",
     "fixed",
     "limits_text",

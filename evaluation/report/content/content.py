@@ -6,13 +6,15 @@ Every number is already text, rounded and with its unit; a missing one is a dash
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from hashlib import sha256
 from itertools import count
 from typing import Any, Literal
 
 from bufferstand.evaluation.figures import Plot
+from bufferstand.evaluation.report.content.own_template import OwnTemplate
+from bufferstand.evaluation.report.content.prose import Image, Prose
 from bufferstand.foundation.files import content_hash
 
 _JUDGED = frozenset({"good", "bad", "open"})
@@ -106,15 +108,6 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Image:
-    """A picture as it was given: the laboratory's mark, the photo of the specimen."""
-
-    alt: str
-    suffix: Literal["png", "jpg"]
-    data: bytes = field(repr=False)
-
-
-@dataclass(frozen=True)
 class Signature:
     """Who answers for what; an empty name is a line to sign on."""
 
@@ -129,7 +122,7 @@ class Signatures:
     entries: tuple[Signature, ...]
 
 
-Block = Table | Sheet | Texts | VerdictLine | Picture | Signatures
+Block = Table | Sheet | Texts | VerdictLine | Picture | Signatures | Prose
 _KINDS: dict[type, str] = {
     Table: "table",
     Sheet: "sheet",
@@ -137,6 +130,7 @@ _KINDS: dict[type, str] = {
     VerdictLine: "verdict",
     Picture: "picture",
     Signatures: "signatures",
+    Prose: "prose",
 }
 
 
@@ -177,8 +171,8 @@ class Content:
         What stands on the first page below the identification; the sections begin on the next one.
     detailed : bool
         Whether the numbers behind the figures are printed in the annex, too.
-    mark, photo : Image or None
-        The laboratory's mark and the photo of the specimen, where they are given.
+    mark, photo, accreditation : Image or None
+        The laboratory's mark, the photo of the specimen and the mark of accreditation, where they are given.
 
     Raises
     ------
@@ -198,6 +192,9 @@ class Content:
     detailed: bool = False
     mark: Image | None = None
     photo: Image | None = None
+    accreditation: Image | None = None
+    template: OwnTemplate | None = None
+    """What the laboratory puts in the place of blocks of the shipped templates."""
 
     def __post_init__(self) -> None:
         anchors = [section.id for section in self.sections]
@@ -210,14 +207,21 @@ class Content:
         """The report's name: a hash of all that it says and shows, so that another content has another id."""
         return "BR-" + content_hash(_plain(self))[:12]
 
+    def blocks(self) -> tuple[Block, ...]:
+        """Return all that stands below the identification, in its order."""
+        return (*self.certificate, *(block for section in self.sections for block in section.blocks))
+
     def pictures(self) -> tuple[Picture, ...]:
         """Return the figures in the order of their numbers."""
-        blocks = (*self.certificate, *(block for section in self.sections for block in section.blocks))
-        return tuple(block for block in blocks if isinstance(block, Picture))
+        return tuple(block for block in self.blocks() if isinstance(block, Picture))
 
     def given(self) -> dict[str, Image]:
         """Return the pictures that the laboratory gave, by name."""
-        return {name: image for name in ("mark", "photo") if (image := getattr(self, name)) is not None}
+        named = {name: getattr(self, name) for name in ("mark", "photo", "accreditation")}
+        within = [image for block in self.blocks() if isinstance(block, Prose) for image in block.images()]
+        return {name: image for name, image in named.items() if image is not None} | {
+            image.name: image for image in within
+        }
 
     def document(self) -> dict[str, Any]:
         """Return the content as a JSON object for the renderers; figures by number, without their data.
@@ -281,7 +285,8 @@ def _plain(value: object) -> object:
     if isinstance(value, bytes):
         return sha256(value).hexdigest()
     if hasattr(value, "__dataclass_fields__"):
-        inner = {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        said = [one.name for one in fields(value) if one.metadata.get("said", True)]  # type: ignore[arg-type]
+        inner = {name: _plain(getattr(value, name)) for name in said}
         return {"is": type(value).__name__, **inner}
     return value
 
@@ -317,6 +322,8 @@ def _block(block: Block, section: str = "") -> dict[str, Any]:
                 "alt": block.alt,
                 "numbers": _table(block.numbers),
             }
+        case Prose():
+            out |= {"parts": block.document()}
         case Signatures():
             out |= {"entries": [{"role": e.role, "name": e.name} for e in block.entries]}
     return out

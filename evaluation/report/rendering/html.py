@@ -6,10 +6,17 @@ import base64
 import re
 from collections.abc import Sequence
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import PackageLoader, StrictUndefined
+from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup, escape
 
 from bufferstand.evaluation.report.content import UNBROKEN, Content
+from bufferstand.evaluation.report.rendering.overridden_html import (
+    own_loader,
+    picture_addresses,
+    template_name,
+    told_by_line,
+)
 
 _UNBROKEN = re.compile(UNBROKEN)
 
@@ -29,9 +36,16 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
     -------
     str
         The same text for the same content.
+
+    Raises
+    ------
+    BadInput
+        If the laboratory's own template is none, with its file and line.
     """
-    environment = Environment(
-        loader=PackageLoader("bufferstand.evaluation.report.rendering", "templates"),
+    shipped = PackageLoader("bufferstand.evaluation.report.rendering", "templates")
+    # A template of the laboratory's own sees the report, and nothing of the machine.
+    environment = ImmutableSandboxedEnvironment(
+        loader=own_loader(shipped, content.template),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -45,12 +59,18 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         name: f"data:{types[image.suffix]};base64," + base64.b64encode(image.data).decode()
         for name, image in content.given().items()
     }
-    assert environment.loader is not None
-    style, _, _ = environment.loader.get_source(environment, "report.css")
-    # The style sheet is ours, not data: it must not be escaped.
-    return environment.get_template("report.html.j2").render(
-        report=content.document(), images=images, given=given, style=Markup(style)
-    )
+    style, _, _ = shipped.get_source(environment, "report.css")
+    own_style = None if content.template is None else content.template.text("report.css")
+    name = template_name(environment, content.template)
+    with told_by_line(content.template):
+        # Style sheets are the program's and the laboratory's, not data: they must not be escaped.
+        return environment.get_template(name).render(
+            report=content.document(),
+            images=images,
+            given=given,
+            own=picture_addresses(content.template),
+            style=Markup(style + (own_style or "")),
+        )
 
 
 def kept(text: str) -> Markup:

@@ -15,10 +15,17 @@ import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
 from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, SigningLine, moment_of
+from bufferstand.evaluation.report.rendering.overridden_typst import (
+    TYPST_BLOCKS,
+    lay_out,
+    typst_refusal,
+    typst_warned,
+)
 from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
 _OPTIONS: Mapping[str, Any] = {"font_paths": [str(_FONTS)], "ignore_system_fonts": True}
+_TEMPLATES = ("report.typ", "prose.typ")
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -57,7 +64,8 @@ def typeset_pdf(
     Raises
     ------
     BadInput
-        If typst is not installed, or the font lacks a letter: it would be printed as a box.
+        If typst is not installed, the font lacks a letter (it would be printed as a box), or the laboratory's
+        own template is none, with its file and line.
     RuntimeError
         If the typesetter warns or fails.
     """
@@ -79,9 +87,9 @@ def typeset_pdf(
             )
             ends = json.loads(compiler.query("<signing-line>", field="value"))
         except typst.TypstError as error:
-            raise RuntimeError(f"typst could not set the report: {error.message}") from error
+            raise typst_refusal(content.template, error) from error
     if warnings:
-        raise RuntimeError("typst warned: " + "; ".join(str(warning.message) for warning in warnings))
+        raise typst_warned(content.template, warnings)
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
     return TypesetReport(pdf, _signing_line(ends))
@@ -90,16 +98,19 @@ def typeset_pdf(
 def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachment], folder: Path) -> None:
     """Write what the typesetter reads into a folder."""
     inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
-    said = content.document() | {"unbroken": UNBROKEN, "attached": _attached(inside)}
+    said = content.document() | {
+        "unbroken": UNBROKEN,
+        "overridable": list(TYPST_BLOCKS),
+        "attached": _attached(inside),
+    }
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
-    template = (
-        files("bufferstand.evaluation.report.rendering")
-        .joinpath("templates", "report.typ")
-        .read_text(encoding="utf-8")
-    )
-    (folder / "report.typ").write_text(template, encoding="utf-8")
+    templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
+    for name in _TEMPLATES:
+        template = templates.joinpath(name).read_text(encoding="utf-8")
+        (folder / name).write_text(template, encoding="utf-8")
     (folder / "report.json").write_text(document, encoding="utf-8")
+    lay_out(content.template, folder)
     for given, image in content.given().items():
         (folder / f"{given}.{image.suffix}").write_bytes(image.data)
     for place, attachment in inside.items():
@@ -109,7 +120,7 @@ def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachm
 
 
 def _signing_line(ends: Sequence[Mapping[str, Any]]) -> SigningLine | None:
-    if not ends:
+    if len(ends) != 2:  # a laboratory's own template may have other lines to sign on
         return None
     left, right = ends
     x_left, x_right, y, height = (

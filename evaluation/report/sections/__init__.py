@@ -54,6 +54,11 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.sections.model import (
         model_section,
     )
+    from bufferstand.evaluation.report.sections.own_texts import (
+        appendix_sections,
+        introduction_section,
+        setup_section,
+    )
     from bufferstand.evaluation.report.sections.plausibility import (
         plausibility_section,
         spoiled_notice,
@@ -92,6 +97,9 @@ if TYPE_CHECKING:
         targets_section,
         warnings_section,
     )
+    from bufferstand.evaluation.report.sections.unmatched import (
+        why_unmatched,
+    )
     from bufferstand.evaluation.report.sections.verdicts import (
         name_of,
         requirements_section,
@@ -104,6 +112,7 @@ __all__ = [
     "ComparedFigures",
     "amendment_notice",
     "amendment_section",
+    "appendix_sections",
     "as_recorded",
     "budgets_section",
     "calibrations",
@@ -123,6 +132,7 @@ __all__ = [
     "head",
     "history_section",
     "identification",
+    "introduction_section",
     "is_draft",
     "key_values",
     "laboratory",
@@ -143,6 +153,7 @@ __all__ = [
     "requirements_section",
     "rule_section",
     "runs_section",
+    "setup_section",
     "severity",
     "shown_loop",
     "signatures",
@@ -155,6 +166,7 @@ __all__ = [
     "temperature_section",
     "value_cell",
     "warnings_section",
+    "why_unmatched",
     "with_added",
     "worst",
 ]

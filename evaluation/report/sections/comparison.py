@@ -26,13 +26,14 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.conformity import conformity_section
 from bufferstand.evaluation.report.sections.references import draft_texts
+from bufferstand.evaluation.report.sections.unmatched import unmatched_table
 from bufferstand.evaluation.report.sections.verdicts import name_of, run_verdict_cell
 from bufferstand.evaluation.report.source import (
     ComparedSpecimens,
     Condition,
     ReportRun,
-    alone,
     at_strokes,
+    conditions_of,
     loop_of,
     purpose_texts,
     runs_text,
@@ -52,6 +53,8 @@ _METHOD = (
     "E_n is the difference over its U (k = 2): beyond ±1 the specimens differ by more than is known of them. "
     "It says nothing of conformity; see the statements of each specimen."
 )
+_NO_STEP_SHARED = "No step was run on more than one of them: nothing can be compared."
+_NOTHING_COMPARED = "The steps that they share have no result in common: nothing can be compared."
 _NO_U = "the record of one of them states no accuracy"
 _NOT_HAD = "not to be had from the run"
 
@@ -201,6 +204,7 @@ def _like(run: ReportRun, name: str, value: float) -> UncertainValue:
 
 def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> list[Section]:
     """Return the tables of the comparison: what is compared, the differences, and what has no counterpart."""
+    shared = conditions_of(sides)
     conditions = list({row.condition.number: row.condition for row in compared}.values())
     blocks: list[Block] = [_steps(sides, conditions), Texts((_METHOD,))]
     blocks += [
@@ -209,11 +213,13 @@ def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFig
     ]
     if len(sides.sides) > 2:
         blocks.append(_spread(sides, compared))
-    notes = [*_temperature_notes(conditions), *_without(sides, conditions)]
+    if not conditions:
+        blocks = [Texts((_NOTHING_COMPARED if shared else _NO_STEP_SHARED,))]
+    notes = [*_temperature_notes(conditions), *_without_values(shared, conditions)]
     if notes:
         blocks.append(Texts(tuple(notes), listed=True))
-    if not conditions:
-        blocks = [Texts(("No step was run on more than one of them: nothing can be compared.",))]
+    if (left := unmatched_table(sides, shared)) is not None:
+        blocks.append(left)
     return [Section("comparison", "Comparison", tuple(blocks)), *_conformities(sides)]
 
 
@@ -369,12 +375,19 @@ def _temperature_notes(conditions: Sequence[Condition]) -> list[str]:
     return notes
 
 
-def _without(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> list[str]:
-    left = alone(sides, conditions)
-    if not left:
-        return []
-    named = runs_text({run.number for run in left})
-    return [f"{named[:1].upper()}{named[1:]}: a step that none of the others has run; not compared."]
+def _without_values(all_conditions: Sequence[Condition], compared: Sequence[Condition]) -> list[str]:
+    """Return a sentence for each step that two or more have run without a result that both have."""
+    notes = []
+    for condition in all_conditions:
+        if condition.number not in {one.number for one in compared}:
+            runs = [run for run in condition.runs if run is not None]
+            lacking = {run.number for run in runs if not run.cycles_used}
+            why = f": {runs_text(lacking)} without a cycle that could be used" if lacking else ""
+            named = runs_text({run.number for run in runs})
+            notes.append(
+                f"Step {condition.number} ({condition.words}): {named} have no result in common{why}."
+            )
+    return notes
 
 
 def _conformities(sides: ComparedSpecimens) -> list[Section]:

@@ -125,6 +125,7 @@ def head(source: ReportSource) -> Sheet:
         ("Replaces report", fields.amends),
         ("Laboratory", laboratory(source)),
         ("Address", fields.laboratory_address),
+        ("Accreditation", fields.accreditation_number),
         ("Place of the test", fields.place_of_test),
         ("Customer", customer(source)),
         ("Customer’s address", fields.customer_address),

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.report.source.model_answer import (
         ModelAnswer,
     )
+    from bufferstand.evaluation.report.source.number_range import (
+        is_pattern,
+        number_of_range,
+    )
     from bufferstand.evaluation.report.source.purposes import (
         check_chosen,
         purpose_texts,
@@ -44,11 +48,17 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.specimens import (
         MOST_SIDES,
+        ComparedSpecimen,
         ComparedSpecimens,
         Condition,
         alone,
         conditions_of,
         side_by_side,
+        step_words,
+    )
+    from bufferstand.evaluation.report.source.step_matching import (
+        nearest_step,
+        step_differences,
     )
 
 __all__ = [
@@ -56,6 +66,7 @@ __all__ = [
     "MOST_SIDES",
     "NOT_RECORDED",
     "CampaignClock",
+    "ComparedSpecimen",
     "ComparedSpecimens",
     "Condition",
     "Given",
@@ -69,14 +80,19 @@ __all__ = [
     "check_chosen",
     "conditions_of",
     "energy_trace",
+    "is_pattern",
     "loop_of",
     "missing_fields",
+    "nearest_step",
+    "number_of_range",
     "purpose_texts",
     "purpose_warnings",
     "read_fields",
     "read_source",
     "runs_text",
     "side_by_side",
+    "step_differences",
+    "step_words",
     "steps_of",
     "stroke_trace",
     "temperature_traces",

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
+from bufferstand.evaluation.report.source.number_range import check_pattern, is_pattern
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import Day, Settings, load_settings
 
@@ -23,7 +24,9 @@ class ReportFields(Settings):
     """The report's own facts; an empty one is missing, and the report a draft."""
 
     number: str = ""
-    """The laboratory's own number of the report, printed beside the id."""
+    """The laboratory's own number of the report, or the pattern of its range (``PB-{year}-{running:04}``)."""
+    number_register: str = ""
+    """The CSV file in which the numbers of the range are written down, relative to this file."""
     laboratory: str = ""
     laboratory_address: str = ""
     country: CountryCode | None = None
@@ -58,6 +61,18 @@ class ReportFields(Settings):
     """The laboratory's mark (PNG or JPEG), relative to this file."""
     specimen_photo: str = ""
     """A photo of the specimen (PNG or JPEG), relative to this file."""
+    setup_photo: str = ""
+    """A photo of the specimen in the stand (PNG or JPEG), relative to this file."""
+    accreditation_mark: str = ""
+    """The mark of the laboratory's accreditation (PNG or JPEG), relative to this file."""
+    accreditation_number: str = ""
+    """Its number; the mark is never shown without it (ILAC-P8)."""
+    introduction: str = ""
+    """A text in Markdown that stands before the results, relative to this file."""
+    appendices: _Lines = ()
+    """Texts in Markdown that stand at the end of the annex, relative to this file."""
+    template: str = ""
+    """A folder with templates that override documented blocks of the shipped ones, relative to this file."""
     validation: str = ""
     """The record of ``bufferstand validate`` (validation.json), relative to this file (7.11.2)."""
     customer_supplied: _Lines = ()
@@ -73,6 +88,11 @@ class ReportFields(Settings):
     """What is different from that one."""
 
 
+_FILES = (
+    *("validation", "mark", "specimen_photo", "setup_photo", "accreditation_mark"),
+    *("introduction", "number_register", "template", "amends_report"),
+)
+"""Keys that name a file relative to ``report.toml``."""
 _REQUIRED = {
     "laboratory_address": "address of the laboratory",
     "place_of_test": "place of the test",
@@ -83,16 +103,10 @@ _REQUIRED = {
     "checked_by": "who checked the report",
     "authorised_by": "who authorised the report",
 }
-
-
 _OF_AN_AMENDMENT = {
     "amends_issued": "date of the report that this one replaces",
     "amendment_changes": "what this report changes",
 }
-
-
-_FILES = ("validation", "mark", "specimen_photo", "amends_report")
-"""Keys that name a file relative to the one they stand in."""
 
 
 def load_fields(folder: Path) -> ReportFields:
@@ -118,6 +132,16 @@ def read_fields(path: Path) -> ReportFields:
     fields = load_settings(path, ReportFields)
     named = {key: getattr(fields, key) for key in _FILES}
     fields = fields.model_copy(update={key: str(path.parent / name) for key, name in named.items() if name})
+    own = tuple(str(path.parent / name) for name in fields.appendices)
+    fields = fields.model_copy(update={"appendices": own})
+    _check_number(fields, path)
+    if fields.accreditation_mark and not fields.accreditation_number:
+        raise BadInput(
+            "the mark of an accreditation is not shown without its number",
+            file=path,
+            place="accreditation_mark",
+            remedy="add accreditation_number",
+        )
     amended = fields.amends or fields.amends_report
     if amended and not fields.amendment_reason:
         raise BadInput(
@@ -135,6 +159,25 @@ def read_fields(path: Path) -> ReportFields:
             remedy="add amends_report, the PDF of the report that it replaces, or amends, its id",
         )
     return fields
+
+
+def _check_number(fields: ReportFields, path: Path) -> None:
+    if is_pattern(fields.number):
+        check_pattern(fields.number, path)
+        if not fields.number_register:
+            raise BadInput(
+                "the number is a pattern, and no register of the given numbers is named",
+                file=path,
+                place="number",
+                remedy="add number_register = “…/numbers.csv”, one file for all reports of the range",
+            )
+    elif fields.number_register:
+        raise BadInput(
+            "a register of numbers is named, and the number is no pattern",
+            file=path,
+            place="number_register",
+            remedy="write number like “PB-{year}-{running:04}”, or leave number_register out",
+        )
 
 
 def missing_fields(fields: ReportFields, laboratory: str, customer: str, tested_by: str) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.source.fields import ReportFields, load_fields
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.model_on_runs import apply_model
+from bufferstand.evaluation.report.source.own_parts import own_parts
 from bufferstand.evaluation.report.source.predecessor import predecessor_of
 from bufferstand.evaluation.report.source.purposes import with_purposes
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
@@ -194,6 +195,7 @@ def read_source(
         detailed=given.detailed,
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
         photo=read_image(fields.specimen_photo, "specimen_photo", "Photo of the specimen"),
+        **own_parts(fields),
         validation=load_validation(Path(fields.validation)) if fields.validation else None,
     )
 

@@ -12,9 +12,10 @@ from typing import Any
 
 from bufferstand.evaluation.facts import Extreme, not_whole
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.report.content import DASH, Cell, Image, moment_of, usable
+from bufferstand.evaluation.report.content import DASH, Cell, Image, OwnTemplate, moment_of, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
+from bufferstand.evaluation.report.source.own_text import OwnText
 from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.requirements import LimitSet
 from bufferstand.evaluation.run.extremes import sample_extremes
@@ -279,6 +280,14 @@ class ReportSource:
     mark: Image | None = None
     photo: Image | None = None
     """The laboratory's mark, and the photo of the specimen."""
+    setup_photo: Image | None = None
+    accreditation: Image | None = None
+    """The photo of the set-up, and the mark of the laboratory's accreditation."""
+    introduction: OwnText | None = None
+    appendices: tuple[OwnText, ...] = ()
+    """Texts of the laboratory's own."""
+    template: OwnTemplate | None = None
+    """What it puts in the place of blocks of the shipped templates."""
     detailed: bool = False
     """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
 

@@ -8,14 +8,11 @@ from dataclasses import dataclass, replace
 from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
+from bufferstand.evaluation.report.source.own_parts import own_parts
 from bufferstand.evaluation.report.source.predecessor import predecessor_of
 from bufferstand.evaluation.report.source.source import EVALUATION_NAME, ReportRun, ReportSource
+from bufferstand.evaluation.report.source.step_matching import same_step
 
-SAME_STROKE_MM = 2.0
-SAME_AMPLITUDE = 0.05
-SAME_FREQUENCY = 0.05
-SAME_SPEED = 0.10
-"""Steps are the same within these: absolute [mm], and relative to the greater."""
 MOST_SIDES = 26
 
 
@@ -92,6 +89,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         statements=tuple(statement for source in sources for statement in source.statements),
         predecessor=predecessor,
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
+        **own_parts(fields),
     )
     return ComparedSpecimens(tuple(sides), whole)
 
@@ -110,13 +108,13 @@ def conditions_of(sides: ComparedSpecimens) -> list[Condition]:
     found: list[list[ReportRun | None]] = []
     for place, side in enumerate(sides.sides):
         for run in (part for whole in side.source.runs for part in whole.parts):
-            fitting = next((c for c in found if c[place] is None and _same(_any(c), run)), None)
+            fitting = next((c for c in found if c[place] is None and same_step(_any(c), run)), None)
             if fitting is None:
                 fitting = [None] * len(sides.sides)
                 found.append(fitting)
             fitting[place] = run
     shared = [runs for runs in found if sum(run is not None for run in runs) > 1]
-    return [Condition(n, _words(_any(runs)), tuple(runs)) for n, runs in enumerate(shared, start=1)]
+    return [Condition(n, step_words(_any(runs)), tuple(runs)) for n, runs in enumerate(shared, start=1)]
 
 
 def alone(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> list[ReportRun]:
@@ -129,26 +127,8 @@ def _any(runs: Sequence[ReportRun | None]) -> ReportRun:
     return next(run for run in runs if run is not None)
 
 
-def _same(one: ReportRun, two: ReportRun) -> bool:
-    if one.kind != two.kind:
-        return False
-    if one.kind == "harmonic":
-        return (
-            _within(one, two, "prestress_mm", SAME_STROKE_MM, 0.0)
-            and _within(one, two, "amplitude_mm", 0.5, SAME_AMPLITUDE)
-            and _within(one, two, "frequency_Hz", 0.0, SAME_FREQUENCY)
-        )
-    return one.kind != "static" or _within(one, two, "speed_loading_max_mm_per_s", 0.1, SAME_SPEED)
-
-
-def _within(one: ReportRun, two: ReportRun, name: str, least: float, share: float) -> bool:
-    a, b = one.nominal(name), two.nominal(name)
-    if a is None or b is None:
-        return a is b
-    return abs(a - b) <= max(least, share * max(abs(a), abs(b)))
-
-
-def _words(run: ReportRun) -> str:
+def step_words(run: ReportRun) -> str:
+    """Return the step of a run in few words: its kind and speed, or mean ± amplitude and frequency."""
     if run.kind != "harmonic":
         speed = usable(run.result("speed_loading_max_mm_per_s"))
         return run.kind + ("" if speed is None else f", {significant(speed, 2)} mm/s")

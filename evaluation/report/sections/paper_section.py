@@ -1,0 +1,132 @@
+"""Measured values beside those that the paper prints, where the campaign file says that it is the paper's."""
+
+from __future__ import annotations
+
+from bufferstand.evaluation.catalogue import PUBLISHED_VALUES, QUANTITIES, PublishedValue
+from bufferstand.evaluation.report.content import (
+    DASH,
+    Cell,
+    Column,
+    Section,
+    Table,
+    Texts,
+    measured_cell,
+    significant,
+    usable,
+)
+from bufferstand.evaluation.report.sections.section_files import AddedSection
+from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.foundation import PAPER_CAMPAIGN
+
+_SAME = {
+    "prestress_mm": (2.0, 0.0),
+    "amplitude_mm": (0.5, 0.05),
+    "frequency_Hz": (0.0, 0.05),
+    "stroke_max_mm": (1.0, 0.0),
+    "temperature_start_C": (3.0, 0.0),
+}
+"""Within what a run is of the paper's step: absolute, or relative if larger."""
+_NO_RUN = "no run of this campaign is of this step"
+_NO_VALUE = "the run has no such result"
+_NO_U = "the record of the run states no accuracy"
+_EXPLANATION = (
+    "The campaign file says that this is the campaign of the paper “Stiffness characteristics of railway "
+    "buffers: Requirements, testing and proposal of a new computational model”. These are the numbers that "
+    "its text prints (§ 3.2); what it only draws, as the dynamic stiffness over the frequency (Fig. 8b), has "
+    "none."
+)
+_SIMULATED = (
+    "The shipped specimens of the simulation were made to show the paper’s dampings: agreement of a "
+    "simulated run says that the chain from the wire to this table works, and nothing of the paper’s buffers."
+)
+_NOTE = (
+    "Agrees: the difference is at most U of what was measured, and half a unit of the last digit that the "
+    "paper prints. The paper states no uncertainty and tested specimens of its own; neither is in U. Step: "
+    "required mean stroke ± amplitude and frequency; of the draw hook, stroke and temperature."
+)
+
+
+def paper_section(source: ReportSource) -> Section | None:
+    """Return the comparison; None where no campaign file says that the campaign is the paper's."""
+    runs = [run for run in source.runs if run.fact("campaign", "reproduces") == PAPER_CAMPAIGN]
+    if not runs:
+        return None
+    kinds = {str(run.fact("specimen", "kind")) for run in runs}
+    rows = [row for one in PUBLISHED_VALUES if one.specimen in kinds for row in _rows(one, runs)]
+    if not rows:
+        return None
+    table = Table(
+        "Printed in the paper, and measured",
+        (
+            Column("Fig."),
+            Column("Quantity"),
+            Column("Step"),
+            Column("Paper"),
+            Column("Run"),
+            Column("Measured ± U"),
+            Column("Difference ± U"),
+            Column("Unit"),
+            Column("Agrees"),
+        ),
+        tuple(rows),
+        note=_NOTE,
+    )
+    texts = (_EXPLANATION, _SIMULATED) if any(run.simulated for run in runs) else (_EXPLANATION,)
+    return Section("paper", "Comparison with the paper’s figures", (Texts(texts), table))
+
+
+def _rows(one: PublishedValue, runs: list[ReportRun]) -> list[tuple[Cell, ...]]:
+    of_step = [part for run in runs for part in run.parts if _is_of(one, part)]
+    return [_row(one, run) for run in of_step] or [_row(one, None)]
+
+
+def _is_of(one: PublishedValue, run: ReportRun) -> bool:
+    if run.kind != one.kind or str(run.fact("specimen", "kind")) != one.specimen:
+        return False
+    for name, wanted in one.step.items():
+        made = run.nominal(name) if one.kind == "harmonic" else run.result(name)
+        absolute, relative = _SAME[name]
+        if made is None or abs(made - wanted) > max(absolute, relative * abs(wanted)):
+            return False
+    return True
+
+
+def _row(one: PublishedValue, run: ReportRun | None) -> tuple[Cell, ...]:
+    entry = QUANTITIES.named(one.quantity)
+    why = _NO_RUN if run is None else _NO_VALUE
+    value = None if run is None else run.result(one.quantity)
+    stated = None if run is None else run.summary.get(one.quantity)
+    expanded = usable(stated.get("expanded_uncertainty")) if isinstance(stated, dict) else None
+    return (
+        Cell(one.figure),
+        Cell(entry.label[:1].upper() + entry.label[1:]),
+        Cell(_step(one)),
+        Cell(one.printed, "number"),
+        Cell(DASH, "missing", _NO_RUN) if run is None else Cell(run.label, "number"),
+        measured_cell(value, expanded, why),
+        measured_cell(None if value is None else value - one.value, expanded, why),
+        Cell(entry.printed_unit),
+        _agrees(one, value, expanded, why),
+    )
+
+
+def _agrees(one: PublishedValue, value: float | None, expanded: float | None, why: str) -> Cell:
+    if value is None:
+        return Cell(DASH, "missing", why)
+    if expanded is None:
+        return Cell(DASH, "missing", _NO_U)
+    return (
+        Cell("within U")
+        if abs(value - one.value) <= expanded + one.rounded_by
+        else Cell("◆ beyond U", "open")
+    )
+
+
+def _step(one: PublishedValue) -> str:
+    numbers = [significant(value, 3) for value in one.step.values()]
+    if one.kind == "harmonic":
+        return f"{numbers[0]} ± {numbers[1]} mm, {numbers[2]} Hz"
+    return f"to {numbers[0]} mm, {numbers[1]} °C"
+
+
+SECTION = AddedSection(paper_section, after="temperature_section")
