@@ -174,7 +174,8 @@ def write_comparison(
     _check_kept(sides.whole.fields, out / "comparison-report.pdf")
     sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
-    attached = attachments_of(content, sides.whole, sides.evaluations)
+    evaluations = {name: side.evaluation_json for name, side in sides.named.items()}
+    attached = attachments_of(content, sides.whole, evaluations)
     written = _write(content, attached, out, "comparison-report", formats, key)
     if table is not None:
         written.append(_write_workbook(content, table))

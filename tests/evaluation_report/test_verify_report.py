@@ -24,6 +24,7 @@ from bufferstand.evaluation.report.verifying.signatures import signature_finding
 from bufferstand.foundation import BadInput
 from tests.evaluation_report import keys
 from tests.evaluation_report.signed_reports import SignedReport, sign
+from tests.evaluation_report.test_rendering import pages, squeezed
 
 ALONE = Against()
 PROOF = b'{"schema":"bufferstand/report-proof/1","report":"BR-1","draft":false,"runs":[],"evaluations":[%s]}'
@@ -90,7 +91,9 @@ def test_a_report_as_it_was_issued_holds(sealed: SignedReport, tmp_path: Path) -
     assert "signature: covers the whole file" in held
     assert "the signer is one of those trusted" in held
     assert "run files: 1 of 1 have the SHA-256 that the report states" in held
-    assert held.endswith("evaluation.json: the same as the evaluation made anew of 1 run file(s)")
+    assert "evaluation.json: the same as the evaluation made anew of 1 run file(s); the SHA-256" in held
+    printed = squeezed("".join(pages(sealed.signed)))
+    assert held.split(": ")[-1] in printed, "the hash of what was found"
     assert [note for note in told(findings, "note") if "draft" not in note] == []
 
 
@@ -137,6 +140,15 @@ def test_a_turned_bit_anywhere_is_found(sealed: SignedReport, tmp_path: Path, pi
         altered[place] ^= 1 << (number % 3)  # of a hexadecimal digit these make another digit, or none
         path.write_bytes(altered)
         assert told(of_signature(path), "fault"), f"byte {place} of {length}"
+
+
+def test_a_signature_that_is_hidden_from_readers_is_found(sealed: SignedReport, tmp_path: Path) -> None:
+    for word in (b"/AcroForm", b"/Fields", b"/FT /Sig", b"/Type /Sig"):
+        place = sealed.signed.rindex(word) + len(word) - 2
+        altered = bytearray(sealed.signed)
+        altered[place] ^= 1
+        path = sealed.put(tmp_path, bytes(altered), with_run=False)
+        assert told(of_signature(path), "fault"), word
 
 
 def test_an_exchanged_page_is_found(sealed: SignedReport, tmp_path: Path) -> None:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
         stroke_trace,
         temperature_traces,
     )
+    from bufferstand.evaluation.report.source.evaluation_hash import (
+        evaluation_hash,
+    )
     from bufferstand.evaluation.report.source.fields import (
         ReportFields,
         missing_fields,
@@ -80,6 +83,7 @@ __all__ = [
     "check_chosen",
     "conditions_of",
     "energy_trace",
+    "evaluation_hash",
     "is_pattern",
     "loop_of",
     "missing_fields",
