@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 PLACE = "signature"
 _MARKS = ((b"startxref", 1), (b"/ByteRange", 0))
-"""How often these stand in a report that nobody signed; more means a signature that was there, or an update."""
+"""How often these stand in a report that nobody signed; more means a signature or an update."""
 _LONGEST_CERTIFICATES = 1 << 20
 
 
