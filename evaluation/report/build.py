@@ -131,7 +131,7 @@ def build_content(source: ReportSource) -> Content:
 
 
 def missing_of(source: ReportSource) -> tuple[str, ...]:
-    """Return in words what a report still lacks to be one of ISO/IEC 17025."""
+    """Return in words what makes a report a draft: what neither the laboratory nor a limit set states."""
     return (
         *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
         *missing_references(source),

@@ -87,7 +87,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         remarks_section(whole),
         recorded_section(whole),
         targets_section(whole),
-        data_section(whole, sides.evaluations),
+        data_section(whole, {name: side.evaluation for name, side in sides.named.items()}),
         software_section(whole),
         *appendix_sections(whole),
     ]

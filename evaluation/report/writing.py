@@ -17,7 +17,7 @@ from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Attachment, Content
 from bufferstand.evaluation.report.digital import render_digital
 from bufferstand.evaluation.report.numbering import with_number
-from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
+from bufferstand.evaluation.report.rendering import TypesetReport, render_html, render_workbook, typeset_pdf
 from bufferstand.evaluation.report.signing import SigningKey, signed
 from bufferstand.evaluation.report.source import (
     EVALUATION_NAME,
@@ -33,14 +33,10 @@ from bufferstand.evaluation.report.source import (
 from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.foundation.files import check_outputs, replaced_whole
 
-
-def _html(content: Content, figures: Sequence[str], _: Sequence[Attachment]) -> bytes:
-    return render_html(content, figures).encode()
-
-
-_RENDERERS: Mapping[str, Callable[[Content, Sequence[str], Sequence[Attachment]], bytes]] = {
-    "html": _html,
-    "pdf": render_pdf,
+_Rendered = bytes | TypesetReport
+_RENDERERS: Mapping[str, Callable[[Content, Sequence[str], Sequence[Attachment]], _Rendered]] = {
+    "html": lambda content, figures, _: render_html(content, figures).encode(),
+    "pdf": typeset_pdf,
 }
 
 
@@ -180,7 +176,8 @@ def write_comparison(
     _check_kept(sides.whole.fields, out / "comparison-report.pdf")
     sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
-    attached = attachments_of(content, sides.whole, sides.evaluations)
+    evaluations = {name: side.evaluation_json for name, side in sides.named.items()}
+    attached = attachments_of(content, sides.whole, evaluations)
     written = _write(content, attached, out, "comparison-report", formats, key)
     if table is not None:
         written.append(_write_workbook(content, table))
@@ -206,7 +203,7 @@ def _check_signing(key: SigningKey | None, formats: Sequence[str]) -> None:
         raise BadInput(
             "a signature is part of the PDF, and none is written",
             file="--sign",
-            remedy=f"install typst ({how_to_add('pdf')}), or do not sign",
+            remedy=f"give --out DIR, and install typst where it is missing ({how_to_add('pdf')})",
         )
 
 
@@ -256,13 +253,12 @@ def _write(
                 strict=True,
             )
         )
-    if key is not None:
-        state = "draft of report" if content.missing else "report"
-        rendered["pdf"] = signed(rendered["pdf"], key, reason=f"{state} {content.report_id}")
+    state = "draft of report" if content.missing else "report"
+    files = {kind: _bytes_of(one, key, f"{state} {content.report_id}") for kind, one in rendered.items()}
     written = []
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for kind, data in rendered.items():
+        for kind, data in files.items():
             target = out / f"{name}.{kind}"
             unfinished = target.with_name(target.name + ".tmp")
             unfinished.write_bytes(data)
@@ -273,3 +269,12 @@ def _write(
             f"the report cannot be written: {error.strerror}", file=out, remedy="choose another folder"
         ) from None
     return written
+
+
+def _bytes_of(rendered: _Rendered, key: SigningKey | None, reason: str) -> bytes:
+    """Return a rendered report as it is written: the PDF signed, where there is a key."""
+    if isinstance(rendered, bytes):
+        return rendered
+    if key is None:
+        return rendered.pdf
+    return signed(rendered.pdf, key, reason=reason, line=rendered.signing_line)

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bufferstand.evaluation.facts import Options
+from bufferstand.evaluation.figures import draw
 from bufferstand.evaluation.report import write_report
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import SigningLine
+from bufferstand.evaluation.report.rendering import typeset_pdf
 from bufferstand.evaluation.report.signing import open_key, signed
-from bufferstand.evaluation.report.source import Given, ReportFields
+from bufferstand.evaluation.report.source import Given, ReportFields, read_source
 from tests.evaluation_report import keys
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -25,6 +29,7 @@ class SignedReport:
     plain: bytes
     signed: bytes
     key: keys.Made
+    line: SigningLine | None
 
     def put(self, folder: Path, data: bytes, *, with_run: bool = True) -> Path:
         """Write a report, and its run beside it."""
@@ -35,10 +40,10 @@ class SignedReport:
         return folder / "report.pdf"
 
 
-def sign(pdf: bytes, key: keys.Made) -> bytes:
+def sign(pdf: bytes, key: keys.Made, line: SigningLine | None = None) -> bytes:
     """Return a PDF signed with a key."""
     with open_key(str(key.p12), lambda: keys.PASSWORD) as opened:
-        return signed(pdf, opened, reason="report")
+        return signed(pdf, opened, reason="report", line=line)
 
 
 def made(folder: Path) -> SignedReport:
@@ -46,4 +51,6 @@ def made(folder: Path) -> SignedReport:
     key = keys.make(folder / "key")
     (pdf,) = write_report(RUN, folder, formats=("pdf",), given=GIVEN)
     plain = pdf.read_bytes()
-    return SignedReport(RUN, plain, sign(plain, key), key)
+    content = build_content(read_source(RUN, given=GIVEN))
+    line = typeset_pdf(content, [draw(picture.plot) for picture in content.pictures()]).signing_line
+    return SignedReport(RUN, plain, sign(plain, key, line), key, line)

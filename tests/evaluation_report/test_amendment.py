@@ -70,6 +70,7 @@ def test_figures_that_are_others_are_listed(sealed: SignedReport, tmp_path: Path
     assert any("moving mass kg" in cell.text for cell in section.blocks[1].rows[0])  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 def test_verify_compares_it_with_the_report_that_it_replaces(sealed: SignedReport, tmp_path: Path) -> None:
     old = sealed.put(tmp_path / "old", sealed.signed)
     given = replace(GIVEN, fields=fields(old))
@@ -99,6 +100,7 @@ def test_the_report_that_is_replaced_is_kept(sealed: SignedReport, tmp_path: Pat
     assert old.read_bytes() == sealed.plain
 
 
+@pytest.mark.slow
 def test_a_comparison_names_it_too(sealed: SignedReport, tmp_path: Path) -> None:
     old = sealed.put(tmp_path, sealed.plain)
     other = RUN.with_name("005-harmonic-20mm-20mm-1.27Hz.h5")

@@ -22,7 +22,7 @@ from bufferstand.evaluation.report.attachments import attachments_of
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.digital import render_digital
 from bufferstand.evaluation.report.rendering import render_pdf
-from bufferstand.evaluation.report.source import Given, ReportFields, read_source
+from bufferstand.evaluation.report.source import Given, ReportFields, evaluation_hash, read_source
 from bufferstand.foundation.files import file_hash
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import hand_made_document
@@ -84,7 +84,7 @@ def test_the_hash_of_the_evaluation_is_printed_and_those_of_the_runs_are_inside(
 ) -> None:
     files = inside(pdf)
     text = squeezed("".join(pages(pdf)))
-    assert sha256(files["evaluation.json"]).hexdigest() in text
+    assert evaluation_hash(json.loads(files["evaluation.json"])) in text
     proof = json.loads(files["proof.json"])
     assert proof["report"] == report.content.report_id
     assert proof["evaluations"] == [
@@ -121,6 +121,12 @@ def test_names_of_folders_of_a_machine_are_left_out(report: Made) -> None:
     source = read_source(report.folder, document)
     assert b"/srv/lab" not in source.evaluation_json
     assert b'"path":"torn.h5"' in source.evaluation_json
+
+
+def test_other_libraries_give_the_same_report(report: Made) -> None:
+    software = {**report.source.document["software"], "python": "3.99"}
+    other = replace(report.source, document={**report.source.document, "software": software})
+    assert build_content(other).report_id == report.content.report_id
 
 
 def test_another_evaluation_gives_another_report(report: Made) -> None:

@@ -18,9 +18,9 @@ from bufferstand.evaluation.catalogue.quantity import UNITS
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content.numbers import value_text
 from bufferstand.evaluation.report.digital.elements import DCC, PROOF, SI, said
-from bufferstand.evaluation.report.digital.proof import evaluation_hash
 from bufferstand.evaluation.report.digital.quantities import exact, numbers
 from bufferstand.evaluation.report.digital.whole import render_digital
+from bufferstand.evaluation.report.source import evaluation_hash
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.report.source.source import ReportSource
@@ -186,7 +186,7 @@ def test_the_hashes_are_those_of_the_files(report: Made, root: ET.Element) -> No
     files = {str(found.get("file")): str(found.text) for found in proof.iterfind(f"{{{PROOF}}}run")}
     on_disk = {file.name: file_hash(file) for file in (report.folder / "runs").glob("*.h5")}
     assert files == on_disk
-    assert one(proof, f"{{{PROOF}}}evaluation").text == evaluation_hash(report.source.document)
+    assert one(proof, f"{{{PROOF}}}evaluation").text == evaluation_hash(report.source.evaluation)
     assert one(proof, f"{{{PROOF}}}report").text == report.content.report_id
 
 

@@ -24,6 +24,7 @@ from bufferstand.evaluation.report.verifying.signatures import signature_finding
 from bufferstand.foundation import BadInput
 from tests.evaluation_report import keys
 from tests.evaluation_report.signed_reports import SignedReport, sign
+from tests.evaluation_report.test_rendering import pages, squeezed
 
 ALONE = Against()
 PROOF = b'{"schema":"bufferstand/report-proof/1","report":"BR-1","draft":false,"runs":[],"evaluations":[%s]}'
@@ -90,7 +91,9 @@ def test_a_report_as_it_was_issued_holds(sealed: SignedReport, tmp_path: Path) -
     assert "signature: covers the whole file" in held
     assert "the signer is one of those trusted" in held
     assert "run files: 1 of 1 have the SHA-256 that the report states" in held
-    assert held.endswith("evaluation.json: the same as the evaluation made anew of 1 run file(s)")
+    assert "evaluation.json: the same as the evaluation made anew of 1 run file(s); the SHA-256" in held
+    printed = squeezed("".join(pages(sealed.signed)))
+    assert held.split(": ")[-1] in printed, "the hash of what was found"
     assert [note for note in told(findings, "note") if "draft" not in note] == []
 
 
@@ -139,6 +142,15 @@ def test_a_turned_bit_anywhere_is_found(sealed: SignedReport, tmp_path: Path, pi
         assert told(of_signature(path), "fault"), f"byte {place} of {length}"
 
 
+def test_a_signature_that_is_hidden_from_readers_is_found(sealed: SignedReport, tmp_path: Path) -> None:
+    for word in (b"/AcroForm", b"/Fields", b"/FT /Sig", b"/Type /Sig"):
+        place = sealed.signed.rindex(word) + len(word) - 2
+        altered = bytearray(sealed.signed)
+        altered[place] ^= 1
+        path = sealed.put(tmp_path, bytes(altered), with_run=False)
+        assert told(of_signature(path), "fault"), word
+
+
 def test_an_exchanged_page_is_found(sealed: SignedReport, tmp_path: Path) -> None:
     def exchange(document: pikepdf.Pdf) -> None:
         document.pages.append(document.pages[0])
@@ -163,6 +175,7 @@ def test_an_appended_update_is_found(sealed: SignedReport, tmp_path: Path) -> No
         assert "bytes were added after it was signed" in "\n".join(faults(path))
 
 
+@pytest.mark.slow
 def test_a_report_signed_again_after_a_change_is_found(sealed: SignedReport, tmp_path: Path) -> None:
     def other_page(writer: IncrementalPdfFileWriter) -> None:
         page = writer.root["/Pages"]["/Kids"][0]
@@ -182,6 +195,7 @@ def test_a_report_signed_again_after_a_change_is_found(sealed: SignedReport, tmp
     assert any(text.startswith("signature 2: the signer is none of those trusted") for text in found)
 
 
+@pytest.mark.slow
 def test_a_second_signature_is_no_change(sealed: SignedReport, tmp_path: Path) -> None:
     from pyhanko.sign import signers
 
@@ -197,6 +211,7 @@ def test_a_second_signature_is_no_change(sealed: SignedReport, tmp_path: Path) -
     assert "signature 2: covers the whole file" in held
 
 
+@pytest.mark.slow
 def test_another_evaluation_of_sound_structure_is_found_by_the_signature_and_by_the_runs(
     sealed: SignedReport, tmp_path: Path
 ) -> None:

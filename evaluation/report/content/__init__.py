@@ -53,6 +53,9 @@ if TYPE_CHECKING:
         ProsePart,
         Words,
     )
+    from bufferstand.evaluation.report.content.signing_line import (
+        SigningLine,
+    )
 
 __all__ = [
     "DASH",
@@ -72,6 +75,7 @@ __all__ = [
     "Sheet",
     "Signature",
     "Signatures",
+    "SigningLine",
     "Table",
     "TemplateFile",
     "Texts",

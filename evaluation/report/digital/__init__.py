@@ -5,15 +5,11 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.evaluation.report.digital.proof import (
-        evaluation_hash,
-    )
     from bufferstand.evaluation.report.digital.whole import (
         render_digital,
     )
 
 __all__ = [
-    "evaluation_hash",
     "render_digital",
 ]
 

@@ -9,16 +9,20 @@ if TYPE_CHECKING:
         render_html,
     )
     from bufferstand.evaluation.report.rendering.pdf import (
+        TypesetReport,
         render_pdf,
+        typeset_pdf,
     )
     from bufferstand.evaluation.report.rendering.workbook import (
         render_workbook,
     )
 
 __all__ = [
+    "TypesetReport",
     "render_html",
     "render_pdf",
     "render_workbook",
+    "typeset_pdf",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
-from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, moment_of
+from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, SigningLine, moment_of
 from bufferstand.evaluation.report.rendering.frame import frame_words
 from bufferstand.evaluation.report.rendering.overridden_typst import (
     TYPST_BLOCKS,
@@ -29,7 +30,22 @@ _TEMPLATES = ("report.typ", "prose.typ")
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
+@dataclass(frozen=True)
+class TypesetReport:
+    """A report as PDF, and where it is signed (None where it has no lines for that)."""
+
+    pdf: bytes
+    signing_line: SigningLine | None
+
+
 def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[Attachment] = ()) -> bytes:
+    """Return the report as PDF: :func:`typeset_pdf` without where it is signed."""
+    return typeset_pdf(content, figures, attachments).pdf
+
+
+def typeset_pdf(
+    content: Content, figures: Sequence[str], attachments: Sequence[Attachment] = ()
+) -> TypesetReport:
     """Return the report as PDF/A-3b (ISO 19005-3).
 
     Parameters
@@ -43,7 +59,7 @@ def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[A
 
     Returns
     -------
-    bytes
+    TypesetReport
         The same bytes for the same content: its date is the end of the last run.
 
     Raises
@@ -61,6 +77,27 @@ def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[A
             "the PDF report needs typst, which is not installed",
             remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
+    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as name:
+        _put(content, figures, attachments, Path(name))
+        try:
+            compiler = typst.Compiler(str(Path(name) / "report.typ"), root=name, **_OPTIONS)
+            pdf, warnings = compiler.compile_with_warnings(
+                timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
+                format="pdf",
+                pdf_standards="a-3b",
+            )
+            ends = json.loads(compiler.query("<signing-line>", field="value"))
+        except typst.TypstError as error:
+            raise typst_refusal(content.template, error) from error
+    if warnings:
+        raise typst_warned(content.template, warnings)
+    if not isinstance(pdf, bytes):
+        raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
+    return TypesetReport(pdf, _signing_line(ends))
+
+
+def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachment], folder: Path) -> None:
+    """Write what the typesetter reads into a folder."""
     inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
     said = content.document() | {
         "unbroken": UNBROKEN,
@@ -71,36 +108,28 @@ def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[A
     }
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
-    with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as temporary:
-        folder = Path(temporary)
-        templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
-        for name in _TEMPLATES:
-            template = templates.joinpath(name).read_text(encoding="utf-8")
-            (folder / name).write_text(template, encoding="utf-8")
-        (folder / "report.json").write_text(document, encoding="utf-8")
-        lay_out(content.template, folder)
-        for given, image in content.given().items():
-            (folder / f"{given}.{image.suffix}").write_bytes(image.data)
-        for place, attachment in inside.items():
-            (folder / place).write_bytes(attachment.data)
-        for number, svg in enumerate(figures, start=1):
-            (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
-        try:
-            pdf, warnings = typst.compile_with_warnings(
-                str(folder / "report.typ"),
-                root=str(folder),
-                **_OPTIONS,
-                timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
-                format="pdf",
-                pdf_standards="a-3b",
-            )
-        except typst.TypstError as error:
-            raise typst_refusal(content.template, error) from error
-    if warnings:
-        raise typst_warned(content.template, warnings)
-    if not isinstance(pdf, bytes):
-        raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
-    return pdf
+    templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
+    for name in _TEMPLATES:
+        template = templates.joinpath(name).read_text(encoding="utf-8")
+        (folder / name).write_text(template, encoding="utf-8")
+    (folder / "report.json").write_text(document, encoding="utf-8")
+    lay_out(content.template, folder)
+    for given, image in content.given().items():
+        (folder / f"{given}.{image.suffix}").write_bytes(image.data)
+    for place, attachment in inside.items():
+        (folder / place).write_bytes(attachment.data)
+    for number, svg in enumerate(figures, start=1):
+        (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
+
+
+def _signing_line(ends: Sequence[Mapping[str, Any]]) -> SigningLine | None:
+    if len(ends) != 2:  # a laboratory's own template may have other lines to sign on
+        return None
+    left, right = ends
+    x_left, x_right, y, height = (
+        float(text.removesuffix("pt")) for text in (left["x"], right["x"], left["y"], left["height"])
+    )
+    return SigningLine(int(left["page"]), x_left, x_right, height - y)
 
 
 def _attached(inside: Mapping[str, Attachment]) -> list[dict[str, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from hashlib import sha256
 from typing import Any
 
 from bufferstand.evaluation.facts import expected_turns, held_against
@@ -29,6 +28,7 @@ from bufferstand.evaluation.report.source import (
     EVALUATION_NAME,
     ReportRun,
     ReportSource,
+    evaluation_hash,
     purpose_warnings,
     runs_text,
 )
@@ -65,7 +65,9 @@ _APPLIES = said(
     "It applies to every statement of conformity in this report; to which runs and cycles each "
     "of them refers stands beside it."
 )
-_ATTACHED = said("the evaluation of these runs, inside the PDF")
+_ATTACHED = said(
+    "the evaluation of these runs, inside the PDF: hash of what it found, without paths and versions"
+)
 _UNKNOWN_RULE = said("The evaluation document does not state by which decision rule its verdicts were given.")
 _UNCERTAINTY = said(
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % "
@@ -372,25 +374,25 @@ def opinions_section(source: ReportSource) -> Section | None:
     )
 
 
-def data_section(source: ReportSource, evaluations: Mapping[str, bytes] | None = None) -> Section:
+def data_section(source: ReportSource, evaluations: Mapping[str, Mapping[str, Any]] | None = None) -> Section:
     """Return the raw data files and the evaluation with their hashes, and what the customer supplied.
 
     Parameters
     ----------
     source : ReportSource
         Runs, their evaluation, and what the laboratory adds.
-    evaluations : mapping of str to bytes, optional
+    evaluations : mapping of str to mapping, optional
         The evaluations that the PDF has inside, by the name of the file; None: that of ``source``.
     """
     if evaluations is None:
-        evaluations = {EVALUATION_NAME: source.evaluation_json}
+        evaluations = {EVALUATION_NAME: source.evaluation}
     runs = [
         (Cell(str(run.number), "number"), Cell(run.file, "code"), Cell(run.sha256, "code"))
         for run in source.runs
     ]
     attached = [
-        (Cell(DASH, "missing", _ATTACHED), Cell(name, "code"), Cell(sha256(data).hexdigest(), "code"))
-        for name, data in evaluations.items()
+        (Cell(DASH, "missing", _ATTACHED), Cell(name, "code"), Cell(evaluation_hash(found), "code"))
+        for name, found in evaluations.items()
     ]
     table = Table(
         said("Raw data"),

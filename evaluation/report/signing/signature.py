@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import io
+from typing import TYPE_CHECKING
 
+from bufferstand.evaluation.report.content import SigningLine
+from bufferstand.evaluation.report.signing.appearance import drawing
 from bufferstand.evaluation.report.signing.keys import SigningKey
 from bufferstand.foundation import BadInput
+
+if TYPE_CHECKING:
+    from pyhanko.sign.fields import SigFieldSpec
+    from pyhanko.stamp import StaticStampStyle
 
 FIELD_NAME = "Signature"
 
 
-def signed(pdf: bytes, key: SigningKey, *, reason: str = "") -> bytes:
+def signed(pdf: bytes, key: SigningKey, *, reason: str = "", line: SigningLine | None = None) -> bytes:
     """Return a PDF with a signature that covers all of it.
 
     The unsigned bytes are the beginning of the signed ones: what can be made again from the same runs can be
@@ -25,6 +32,8 @@ def signed(pdf: bytes, key: SigningKey, *, reason: str = "") -> bytes:
         Whose signature it becomes.
     reason : str
         Why it is signed, as PDF readers show it.
+    line : SigningLine or None
+        Where the signature is shown; None: nowhere on the pages.
 
     Returns
     -------
@@ -51,8 +60,11 @@ def signed(pdf: bytes, key: SigningKey, *, reason: str = "") -> bytes:
         signer_key_usage={"digital_signature", "non_repudiation"},
     )
     writer = IncrementalPdfFileWriter(io.BytesIO(pdf + b"\n"))
+    field, style = (None, None) if line is None else _shown(key.name, line)
     try:
-        out = signers.sign_pdf(writer, what, signer=key.signer, output=io.BytesIO())
+        out = signers.PdfSigner(what, key.signer, stamp_style=style, new_field_spec=field).sign_pdf(
+            writer, output=io.BytesIO()
+        )
     except (SigningError, PKCS11Error) as error:
         raise BadInput(
             f"the key does not sign: {str(error) or type(error).__name__}",
@@ -63,3 +75,25 @@ def signed(pdf: bytes, key: SigningKey, *, reason: str = "") -> bytes:
     if not whole.startswith(pdf):
         raise RuntimeError("the signed file does not begin with the unsigned one")
     return whole
+
+
+def _shown(name: str, line: SigningLine) -> tuple[SigFieldSpec, StaticStampStyle]:
+    """Return the field above the line, and what it shows."""
+    from pyhanko.pdf_utils.content import RawContent  # noqa: PLC0415 - an extra
+    from pyhanko.pdf_utils.layout import (  # noqa: PLC0415
+        AxisAlignment,
+        BoxConstraints,
+        Margins,
+        SimpleBoxLayoutRule,
+    )
+    from pyhanko.sign.fields import SigFieldSpec  # noqa: PLC0415
+    from pyhanko.stamp import StaticStampStyle  # noqa: PLC0415
+
+    box = line.box
+    width, height = box[2] - box[0], box[3] - box[1]
+    content = RawContent(drawing(name, width), box=BoxConstraints(width=width, height=height))
+    field = SigFieldSpec(FIELD_NAME, on_page=line.page - 1, box=box)
+    whole = SimpleBoxLayoutRule(
+        x_align=AxisAlignment.ALIGN_MIN, y_align=AxisAlignment.ALIGN_MIN, margins=Margins(0, 0, 0, 0)
+    )
+    return field, StaticStampStyle(border_width=0, background=content, background_layout=whole)

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
         stroke_trace,
         temperature_traces,
     )
+    from bufferstand.evaluation.report.source.evaluation_hash import (
+        evaluation_hash,
+    )
     from bufferstand.evaluation.report.source.fields import (
         ReportFields,
         language_for,
@@ -82,6 +85,7 @@ __all__ = [
     "check_chosen",
     "conditions_of",
     "energy_trace",
+    "evaluation_hash",
     "is_pattern",
     "language_for",
     "loop_of",

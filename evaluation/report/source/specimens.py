@@ -40,10 +40,10 @@ class ComparedSpecimens:
     whole: ReportSource
 
     @property
-    def evaluations(self) -> dict[str, bytes]:
-        """The evaluation of each side as JSON, by the name of the file that the PDF has inside."""
+    def named(self) -> dict[str, ReportSource]:
+        """Each side by the name of the file with its evaluation that the PDF has inside."""
         stem, _, ending = EVALUATION_NAME.rpartition(".")
-        return {f"{stem}-{side.letter}.{ending}": side.source.evaluation_json for side in self.sides}
+        return {f"{stem}-{side.letter}.{ending}": side.source for side in self.sides}
 
 
 @dataclass(frozen=True, eq=False)

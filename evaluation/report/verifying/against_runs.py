@@ -13,6 +13,7 @@ from bufferstand.evaluation.archive import document as evaluation_document
 from bufferstand.evaluation.document import version_text
 from bufferstand.evaluation.facts import Inspection, Options
 from bufferstand.evaluation.report.report_file import NamedRun, ReportFile
+from bufferstand.evaluation.report.source import evaluation_hash
 from bufferstand.evaluation.report.verifying.differences import differences
 from bufferstand.evaluation.report.verifying.findings import Finding, fault, holds, note
 from bufferstand.evaluation.requirements import LimitSet, find_limit_set, shipped_names
@@ -129,7 +130,8 @@ def _anew(
     by = f" by other software ({other}; here {own})" if own != other else ""
     found = list(differences(_comparable(document), _comparable(anew)))
     if not found:
-        yield holds(name, f"the same as the evaluation made anew of {len(entries)} run file(s){by}")
+        mark = f"; the SHA-256 of what it found, as printed: {evaluation_hash(document)}"
+        yield holds(name, f"the same as the evaluation made anew of {len(entries)} run file(s){by}{mark}")
         return
     for place, stated, made in found[:_SHOWN]:
         yield fault(name, f"{place} is {stated} in the report, and {made} when evaluated anew{by}")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from pyhanko.sign.validation.pdf_embedded import EmbeddedPdfSignature
 
 PLACE = "signature"
+_MARKS = ((b"startxref", 1), (b"/ByteRange", 0))
+"""How often these stand in a report that nobody signed; more means a signature or an update."""
 _LONGEST_CERTIFICATES = 1 << 20
 
 
@@ -77,6 +79,9 @@ def signature_findings(
         found = list(reader.embedded_regular_signatures)
     except (Exception, RecursionError) as error:  # noqa: BLE001 - of a damaged file it raises anything
         yield fault(PLACE, f"cannot be read: {str(error) or type(error).__name__}")
+        return
+    if not found and any(data.count(mark) > most for mark, most in _MARKS):
+        yield fault(PLACE, "something was appended to the report, and no signature is found in it: altered")
         return
     if not found:
         text = "there is none: nothing shows whether the pages are as they were issued"
