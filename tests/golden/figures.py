@@ -159,7 +159,7 @@ def said(content: Content) -> dict[str, Any]:
 
 
 def _without_its_evaluations_hash(document: dict[str, Any]) -> dict[str, Any]:
-    """Leave out the hash of the evaluation inside the PDF: it is over the versions of code and libraries, too."""
+    """Leave out the hash of the evaluation inside the PDF: it is over versions of code and libraries, too."""
     (data,) = (section for section in document["sections"] if section["id"] == "data")
     for row in data["blocks"][0]["rows"]:
         if row[1]["text"].startswith("evaluation"):
