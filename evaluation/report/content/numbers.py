@@ -15,7 +15,7 @@ _MINUS = "−"
 _NUMBER = r"[−+]?[0-9]+(?:[.,][0-9]+)?"
 _UNIT = r"(?:kN/mm|mm/s|km/h|kN|mm|°C|K|Hz|kJ|J|kg|ms|min|s|h|t)\b"
 UNBROKEN = (
-    rf"(?:EN|ISO|[Rr]uns?|[Cc]ycles?|Figure|Table|k =|ν =) {_NUMBER}|"
+    rf"(?:EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|k =|ν =) {_NUMBER}|"
     r"--[a-z][a-z-]*|"
     rf"{_NUMBER}(?: [±…] {_NUMBER})+(?: {_UNIT}| %)?|{_NUMBER}(?: {_UNIT}| %)"
 )
