@@ -354,12 +354,13 @@ def _spread(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Ta
             Column("Quantity"),
             Column("Unit"),
             Column("Mean"),
-            Column("Standard deviation"),
-            Column("of the mean", "%"),
+            Column("Std. dev."),
+            Column("Std. dev.", "%"),
             *(Column(f"{side.letter} − mean ± U") for side in sides.sides),
         ),
         tuple(rows),
-        note="The mean holds each of them, which the uncertainty of a deviation from it takes into account.",
+        note="Std. dev.: standard deviation of the specimens, also in % of the mean. The mean holds each of "
+        "them, which the uncertainty of a deviation from it takes into account.",
     )
 
 

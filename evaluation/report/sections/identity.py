@@ -26,6 +26,8 @@ _NOT_USED = "not used (simulated)"
 _IDENTITY = ("device", "serial", "firmware", "profile")
 _TO_BE_GIVEN = "not given: add it to report.toml beside the runs"
 _SIMULATED = " (simulated)"
+_MOST_BESIDE = 4
+"""Specimens whose facts stand side by side; of more, one below the other."""
 _SPECIMEN = (
     ("Identification", "id"),
     ("Kind", "kind"),
@@ -178,9 +180,22 @@ def recording_software(source: ReportSource) -> Cell:
 
 
 def identification(specimens: Sequence[tuple[str, ReportSource]]) -> Section:
-    """Return the facts of the specimens of a comparison, each with the title of its sheet."""
-    sheets = [specimen_sheet(title, of) for title, of in specimens]
-    return Section("identification", "Identification", tuple(sheets))
+    """Return the facts of the specimens of a comparison: side by side where a page has room for them.
+
+    Parameters
+    ----------
+    specimens : sequence of (str, ReportSource)
+        Each with its title.
+    """
+    if len(specimens) > _MOST_BESIDE:
+        sheets = [specimen_sheet(title, of) for title, of in specimens]
+        return Section("identification", "Identification", tuple(sheets))
+    table = Table(
+        "Identification",
+        (Column("On record"), *(Column(title) for title, _ in specimens)),
+        tuple((Cell(name), *(_specimen_fact(of, key) for _, of in specimens)) for name, key in _SPECIMEN),
+    )
+    return Section("identification", "Identification", (table,))
 
 
 def specimen_sheet(title: str, source: ReportSource) -> Sheet:
@@ -238,7 +253,7 @@ def _not_guarded(source: ReportSource) -> list[str]:
         for text in _said_of(run):
             found.setdefault(text, []).append(run.number)
     return [
-        text if len(numbers) == len(source.runs) else f"{text} (run {', '.join(map(str, numbers))})"
+        text if len(numbers) == len(source.runs) else f"{text} ({runs_text(numbers)})"
         for text, numbers in found.items()
     ]
 
