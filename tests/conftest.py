@@ -19,6 +19,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
+from tests.doses import beyond_their_doses
 from tests.slow import SLOW
 
 mpl.use("Agg")
@@ -72,6 +73,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         others = [item for item in items if not item.get_closest_marker("hardware")]
         items[:] = [item for item in items if item.get_closest_marker("hardware")]
         config.hook.pytest_deselected(items=others)
+    for item in beyond_their_doses(items):
+        item.add_marker(pytest.mark.long)
     for mark, option in (("long", "--long"), ("hardware", "--hardware")):
         if not config.getoption(option):
             skip = pytest.mark.skip(reason=f"needs {option}")

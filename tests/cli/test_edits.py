@@ -445,6 +445,7 @@ def test_a_limit_that_what_is_complete_would_break_stops_only_what_is_to_do(
         lab.resume("take")
 
 
+@pytest.mark.dose(5)
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -508,6 +509,7 @@ def without(stand: str, name: str) -> str:
     return "".join(kept)
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

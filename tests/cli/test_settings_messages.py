@@ -270,6 +270,7 @@ def refused(schema: type[BaseModel], text: str) -> BadInput | None:
     return None
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize("name", FILES)
 def test_a_wrong_value_of_any_key_is_named_in_plain_words_with_what_to_write(name: str) -> None:
     schema, text = FILES[name]

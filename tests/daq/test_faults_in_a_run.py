@@ -32,6 +32,7 @@ GOES_ON = {
 }
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize(("fault", "said"), ENDS.items(), ids=ENDS)
 def test_a_fault_that_ends_a_run_is_its_reason_and_ends_safe(tmp_path: Path, fault: str, said: str) -> None:
     outcome, opened, _ = run(tmp_path, GENTLE, faults=[parse_fault(fault)])
@@ -45,6 +46,7 @@ def test_a_fault_that_ends_a_run_is_its_reason_and_ends_safe(tmp_path: Path, fau
     assert not opened.device.controller.valve_on
 
 
+@pytest.mark.dose(2)
 @pytest.mark.parametrize(("fault", "said"), GOES_ON.items(), ids=GOES_ON)
 def test_a_fault_that_a_run_outlives_is_an_event_of_it(tmp_path: Path, fault: str, said: str) -> None:
     outcome, _, _ = run(tmp_path, GENTLE, faults=[parse_fault(fault)])

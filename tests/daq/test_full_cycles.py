@@ -276,6 +276,7 @@ def numbers(named: str) -> set[int]:
     return {number for part in ends for number in range(part[0], part[-1] + 1)}
 
 
+@pytest.mark.dose(2)
 @pytest.mark.parametrize("tick_s", [0.05, 1.0, 1.9])
 def test_a_loop_that_looks_once_in_several_cycles_says_what_the_stand_did(
     tmp_path: Path, tick_s: float

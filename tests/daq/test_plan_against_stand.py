@@ -38,6 +38,7 @@ RIGID_EXCESS = {
 """By how much at least a plan for a rigid machine exceeds peak force and heat: what the stiffness is for."""
 
 
+@pytest.mark.dose(2)
 @pytest.mark.parametrize("name", STEPS)
 def test_force_heat_and_stroke_come_as_planned(tmp_path: Path, name: str) -> None:
     campaign_file = tmp_path / "campaign.toml"

@@ -55,6 +55,7 @@ def stamps_of(path: Path) -> np.ndarray:
     return np.asarray(open_run(path).stream_of("force").time)
 
 
+@pytest.mark.dose(2)
 @pytest.mark.parametrize(
     "round_trip_ms", [0.04, 2.0, 10.0, *(pytest.param(ms, marks=pytest.mark.long) for ms in (1.0, 5.0))]
 )

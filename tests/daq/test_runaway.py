@@ -44,6 +44,7 @@ def bounded(kind: str, round_trip_s: float, action: Action, trips: int, when: Wh
     assert found.problems == ()
 
 
+@pytest.mark.dose(6)
 @pytest.mark.parametrize("action", [Action.EMERGENCY, Action.STOP])
 @pytest.mark.parametrize(("kind", "round_trip_s"), FEW)
 def test_the_peak_above_the_trip_is_explained_by_two_round_trips_and_two_blocks(
@@ -52,6 +53,7 @@ def test_the_peak_above_the_trip_is_explained_by_two_round_trips_and_two_blocks(
     bounded(kind, round_trip_s, action, 2)
 
 
+@pytest.mark.dose(3)
 @pytest.mark.parametrize(("kind", "round_trip_s", "when"), EARLY)
 def test_so_it_is_soon_after_a_start_and_after_an_adjust(kind: str, round_trip_s: float, when: When) -> None:
     bounded(kind, round_trip_s, Action.STOP, 4, when)

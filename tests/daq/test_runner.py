@@ -123,6 +123,7 @@ def peak(seconds: float, for_s: float, value: float) -> Any:
     return lambda n: value if seconds <= n / 1000 < seconds + for_s else 0.0
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize(
     ("guard", "orders", "exit_status", "said"),
     [

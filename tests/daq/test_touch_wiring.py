@@ -35,6 +35,7 @@ def demand_named(ran: Ran, kind: Kind) -> None:
     assert ran.outcome.safe_stop.safe is kind.seen_safe, ran.outcome.safe_stop.line
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize("name", ALWAYS)
 def test_wrong_wiring_that_the_touch_meets_is_named(tmp_path: Path, name: str) -> None:
     demand_named(run_stand(tmp_path, miswired=KINDS[name].tables), KINDS[name])

@@ -82,6 +82,7 @@ def seen(signals: Signals, end_s: float = np.inf) -> tuple[WiringWatch, list[Tri
     return watch, trips
 
 
+@pytest.mark.dose(3)
 @pytest.mark.parametrize("counted", [True, False])
 @pytest.mark.parametrize("name", ["force and wire exchanged", "force: 0.8 s late", "force: zero 5 kN off"])
 def test_what_is_wrong_with_a_force_is_said_once_and_nothing_else_beside_it(name: str, counted: bool) -> None:

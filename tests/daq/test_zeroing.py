@@ -99,6 +99,7 @@ def requirement(run: Path, name: str) -> dict[str, Any]:
     return next(row for row in document["requirements"] if row["id"] == name)
 
 
+@pytest.mark.dose(3)
 @pytest.mark.parametrize(
     ("wires_mm", "gap_mm", "force_kN", "noise_kN"),
     [
@@ -231,6 +232,7 @@ def test_static_cycles_before_the_piston_s_own_zero_are_refused_with_the_way_to_
     assert opened.device.controller.state in (MotionState.OFF, MotionState.READY)
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize(
     ("kind", "more", "says"),
     [
@@ -321,6 +323,7 @@ def test_a_way_forward_to_the_piston_s_zero_is_said(tmp_path: Path) -> None:
     assert any(re.search(way, line) for line in shown.lines)
 
 
+@pytest.mark.dose(2)
 @pytest.mark.parametrize(
     ("gap_mm", "speed", "force_kN"), [(1.0, 1.0, 2.0), (1.0, 0.5, 1.0), (-3.0, 0.5, 2.0)]
 )

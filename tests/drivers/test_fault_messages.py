@@ -240,6 +240,7 @@ def tell_by_driver(stand: Served, fault: str, expected: str) -> None:
             one.close()
 
 
+@pytest.mark.dose(10)
 @pytest.mark.parametrize(("fault", "expected"), BY_DRIVER.items(), ids=BY_DRIVER)
 def test_the_driver_tells(stand: Served, fault: str, expected: str) -> None:
     tell_by_driver(stand, fault, expected)
@@ -250,6 +251,7 @@ def test_the_adapters_driver_tells(adapter_stand: Served, fault: str, expected: 
     tell_by_driver(adapter_stand, fault, expected)
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize(("fault", "expected"), BY_CHECK.items(), ids=BY_CHECK)
 def test_the_check_tells(stand: Served, fault: str, expected: str) -> None:
     clock = WallClock()

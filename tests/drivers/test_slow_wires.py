@@ -39,6 +39,7 @@ WIRES = {
 }
 
 
+@pytest.mark.dose(3)
 @pytest.mark.parametrize(("wire", "served", "told", "delay_s"), WIRES.values(), ids=WIRES)
 def test_every_sample_comes_once(tmp_path: Path, wire: str, served: str, told: str, delay_s: float) -> None:
     (tmp_path / "apart.toml").write_text(APART, encoding="utf-8")

@@ -241,6 +241,7 @@ def near(name: str) -> Callable[[float], tuple[MadeTest, Callable[[RunEvaluation
     return brought
 
 
+@pytest.mark.dose(5)
 @pytest.mark.parametrize("name", NEAR)
 def test_requirement_near_its_limit(name: str) -> None:
     brought = near(name)

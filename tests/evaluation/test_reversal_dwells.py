@@ -141,6 +141,7 @@ def test_a_pause_longer_than_the_strokes_beside_it_stays_one() -> None:
     assert {cycle.start.method for cycle in cycles[1:-1]} == {"plateau"}
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize("reversal_s", [0.01, 0.02, 0.05])
 @pytest.mark.parametrize(("frequency_Hz", "amplitude_mm"), [(0.5, 20.0), (1.273, 20.0), (2.546, 5.0)])
 def test_the_simulated_stand_with_a_valve_that_takes_time(

@@ -159,6 +159,7 @@ def test_a_user_without_a_home_goes_on_without(runs: list[Path], monkeypatch: py
     cache.close()
 
 
+@pytest.mark.dose(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",

@@ -150,6 +150,7 @@ def test_a_line_that_was_cut_off_is_left_out_as_ever(folder: Path) -> None:
     assert len(read_as_run(folder)) == 1
 
 
+@pytest.mark.dose(10)
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize(
     "content", [b"[" * 100_000, b'{"a": ' + b"9" * 5000 + b"}", b"\xff\xfe", b"null", b"NaN", b""]

@@ -78,6 +78,7 @@ def test_what_a_resumed_campaign_reads_of_a_crafted_run(name: str, tmp_path: Pat
         assert isinstance(read_metadata(path)["run"]["status"], str)
 
 
+@pytest.mark.dose(2)
 @pytest.mark.slow
 @pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("seed", range(3))

@@ -74,17 +74,18 @@ def _is_gone(pid: int) -> bool:
         return True
 
 
+@pytest.mark.dose(5)
 @pytest.mark.parametrize(
     ("words", "number"),
     [
         (("verify",), signal.SIGINT),
         (("runs", "--no-cache"), signal.SIGINT),
+        (("verify",), signal.SIGTERM),
         (("evaluate", "--no-cache"), signal.SIGINT),
         (("evaluate", "--no-cache", "--jobs", "2"), signal.SIGINT),
         (("report", "--out", "report"), signal.SIGINT),
-        (("model", "fit", "--out", "model.toml"), signal.SIGINT),
-        (("verify",), signal.SIGTERM),
         (("verify",), signal.SIGHUP),
+        (("model", "fit", "--out", "model.toml"), signal.SIGINT),
         (("evaluate", "--no-cache", "--jobs", "2"), signal.SIGKILL),
     ],
     ids=lambda value: value.name if isinstance(value, signal.Signals) else " ".join(value),

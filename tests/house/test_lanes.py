@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.coverage_floors import FLOORS, by_room, fallen
+from tests.doses import beyond
 from tests.slow import SLOW
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,6 +33,14 @@ def test_the_fast_lane_touches_every_room() -> None:
 def test_what_is_listed_as_slow_is_there() -> None:
     assert list(SLOW) == sorted(set(SLOW))
     assert [place for place in SLOW if not (ROOT / place).exists()] == []
+
+
+def test_of_a_dose_the_ends_and_the_middle_run() -> None:
+    cases = [f"case {number}" for number in range(9)]
+    assert beyond(cases, 3) == [case for case in cases if case not in {"case 0", "case 4", "case 8"}]
+    assert beyond(cases, 1) == cases[1:]
+    assert beyond(cases[:2], 4) == []
+    assert all(len(beyond(cases, size)) == 9 - size for size in range(1, 10))
 
 
 def test_every_room_has_a_floor() -> None:

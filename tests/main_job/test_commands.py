@@ -135,6 +135,7 @@ def test_verify_names_a_flipped_bit(tmp_path: Path) -> None:
     assert "DAMAGED" in done.stdout
 
 
+@pytest.mark.dose(5)
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -66,6 +66,7 @@ def zeroing(hand: ManualStand, table: ZeroTable) -> Zeroing:
     return Zeroing(hand.acquisition, hand.driver, table, limits, say=lambda _: None, catch_up=hand.catch_up)
 
 
+@pytest.mark.dose(2)
 @pytest.mark.parametrize(
     "name",
     ["in process", *(pytest.param(one, marks=pytest.mark.long if one == LONG else ()) for one in STANDS)],

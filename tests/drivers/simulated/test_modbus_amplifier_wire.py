@@ -60,6 +60,7 @@ def test_force_comes_by_the_map_with_no_value_twice(got: Collector) -> None:
     assert np.all(np.diff(stamps) > 0)
 
 
+@pytest.mark.dose(4)
 @pytest.mark.parametrize(
     ("fault", "expected"),
     [

@@ -116,6 +116,7 @@ def assert_holds(tally: Tally, samples: int, noise: float) -> None:
     assert tally.over <= 0.01 * tally.figures
 
 
+@pytest.mark.dose(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 5e-4])
 @pytest.mark.parametrize(
