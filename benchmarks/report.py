@@ -78,7 +78,8 @@ def _read_again(counts: NDArray[Any], random: np.random.Generator) -> NDArray[An
     """Return counts with the last digit read anew: a copy of samples would be left out of the report."""
     if not np.issubdtype(counts.dtype, np.integer):
         return counts
-    return counts + random.integers(-1, 2, counts.size).astype(counts.dtype)
+    again: NDArray[Any] = counts + random.integers(-1, 2, counts.size).astype(counts.dtype)
+    return again
 
 
 @contextmanager

@@ -46,7 +46,8 @@ def template_name(environment: Environment, own: OwnTemplate | None) -> str:
         tree = environment.parse(text)
     except TemplateSyntaxError as error:
         raise _refused(file, error.lineno, error.message or "no template") from None
-    extended = [node.template.value for node in tree.find_all(nodes.Extends) if _is_text(node.template)]
+    named = [node.template for node in tree.find_all(nodes.Extends)]
+    extended = [name.value for name in named if isinstance(name, nodes.Const)]
     if extended != [f"{_SHIPPED}/{HTML}"]:
         raise _refused(file, 1, f'it does not begin with {{% extends "{_SHIPPED}/{HTML}" %}}')
     for block in tree.find_all(nodes.Block):
@@ -56,10 +57,6 @@ def template_name(environment: Environment, own: OwnTemplate | None) -> str:
                 file, block.lineno, f"there is no block “{block.name}” to override; there are {known}"
             )
     return _OWN
-
-
-def _is_text(node: nodes.Node) -> bool:
-    return isinstance(node, nodes.Const) and isinstance(node.value, str)
 
 
 @contextmanager
