@@ -45,7 +45,7 @@ COMMANDS = {
     "publish": "Make an RO-Crate of a campaign: data, evaluation and report for others.",
     "model": "Identify the spring's computational model, simulate, compare, hand it on.",
     "runs": "List recorded runs with their key facts, or find those that match.",
-    "verify": "Check that run files are whole and unaltered.",
+    "verify": "Check that run files and reports are whole and unaltered.",
     "schema": "Print the JSON Schema of a settings file or of the evaluation document.",
     "validate": "Evaluate standard data sets with agreed values; write the record of it.",
 }

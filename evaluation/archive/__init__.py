@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         EvaluationComparison,
         Move,
         VerdictChange,
+        check_evaluation,
         compare_evaluations,
         load_evaluation,
     )
@@ -71,6 +72,7 @@ __all__ = [
     "StoredRun",
     "VerdictChange",
     "Workers",
+    "check_evaluation",
     "compare_evaluations",
     "document",
     "evaluate_archive",

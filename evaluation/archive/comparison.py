@@ -207,6 +207,25 @@ def load_evaluation(path: Path) -> dict[str, Any]:
     remedy = "name what “bufferstand evaluate --json FILE” wrote"
     text = read_text(path, LONGEST_EVALUATION)
     document = json_object(text, path, remedy=remedy, most_values=LONGEST_EVALUATION)
+    check_evaluation(document, path, remedy)
+    return document
+
+
+def check_evaluation(document: Mapping[str, Any], path: Path, remedy: str = "") -> None:
+    """Refuse what is no evaluation document.
+
+    Parameters
+    ----------
+    document : mapping
+        What was read.
+    path : Path
+        The file that it is from, and ``remedy``: what to do, both for the message.
+
+    Raises
+    ------
+    BadInput
+        If it lacks a part that a comparison reads, or that is of another kind.
+    """
     if document.get("schema") != SCHEMA:
         raise BadInput(
             f"no evaluation of bufferstand (schema {SCHEMA})", file=path, place="schema", remedy=remedy
@@ -217,7 +236,6 @@ def load_evaluation(path: Path) -> dict[str, Any]:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in first["loc"])
         raise BadInput(first["msg"], file=path, place=place, remedy=remedy) from None
-    return document
 
 
 def compare_evaluations(

@@ -83,7 +83,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
         remarks_section(whole),
         recorded_section(whole),
         targets_section(whole),
-        data_section(whole),
+        data_section(whole, sides.evaluations),
         software_section(whole),
         *appendix_sections(whole),
     ]

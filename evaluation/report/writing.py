@@ -11,28 +11,36 @@ from typing import Any
 
 from bufferstand.evaluation.document import check_table_name
 from bufferstand.evaluation.figures import draw
+from bufferstand.evaluation.report.attachments import attachments_of
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
-from bufferstand.evaluation.report.content import Content
+from bufferstand.evaluation.report.content import Attachment, Content
+from bufferstand.evaluation.report.digital import render_digital
 from bufferstand.evaluation.report.numbering import with_number
 from bufferstand.evaluation.report.rendering import render_html, render_pdf, render_workbook
+from bufferstand.evaluation.report.signing import SigningKey, signed
 from bufferstand.evaluation.report.source import (
+    EVALUATION_NAME,
     MOST_SIDES,
     Given,
     ReportFields,
+    ReportSource,
     check_chosen,
     read_source,
     side_by_side,
 )
-from bufferstand.foundation import BadInput
-from bufferstand.foundation.files import replaced_whole
+from bufferstand.foundation import BadInput, how_to_add
+from bufferstand.foundation.files import check_outputs, replaced_whole
 
 
-def _html(content: Content, figures: Sequence[str]) -> bytes:
+def _html(content: Content, figures: Sequence[str], _: Sequence[Attachment]) -> bytes:
     return render_html(content, figures).encode()
 
 
-_RENDERERS: Mapping[str, Callable[[Content, Sequence[str]], bytes]] = {"html": _html, "pdf": render_pdf}
+_RENDERERS: Mapping[str, Callable[[Content, Sequence[str], Sequence[Attachment]], bytes]] = {
+    "html": _html,
+    "pdf": render_pdf,
+}
 
 
 def pdf_available() -> bool:
@@ -47,12 +55,14 @@ def formats_here() -> list[str]:
 
 def write_report(
     path: Path,
-    out: Path,
+    out: Path | None,
     *,
     formats: Sequence[str] = ("html", "pdf"),
     document: Mapping[str, Any] | None = None,
     given: Given | None = None,
     table: Path | None = None,
+    digital: Path | None = None,
+    key: SigningKey | None = None,
 ) -> list[Path]:
     """Write the test report of a run or a campaign.
 
@@ -61,8 +71,9 @@ def write_report(
     path : Path
         A run file, or a campaign folder with its runs in ``runs/*.h5`` or ``*.h5``. A ``report.toml`` in the
         folder adds what only the laboratory knows.
-    out : Path
-        Folder for the report; made if it is not there. Files of the same name are replaced.
+    out : Path or None
+        Folder for the report; made if it is not there. Files of the same name are replaced. None: only the
+        workbook or the digital report is wanted.
     formats : sequence of str
         ``html``, ``pdf`` or both.
     document : mapping, optional
@@ -71,28 +82,54 @@ def write_report(
         How to evaluate, and what to show besides: fields, model, earlier evaluation.
     table : Path, optional
         A workbook (.xlsx) for the tables of the report, those by cycle and behind the figures, too.
+    digital : Path, optional
+        A file for the digital test report (.xml: DCC 3.2.1).
+    key : SigningKey, optional
+        Signs the PDF (:func:`bufferstand.evaluation.report.signing.open_key`).
 
     Returns
     -------
     list of Path
-        The files written, in the order of ``formats``, the workbook last. The same runs, document and
-        ``report.toml`` give the same bytes.
+        The files written, in the order of ``formats``, then the workbook and the digital report. The same
+        runs, document and ``report.toml`` give the same bytes, up to the signature.
 
     Raises
     ------
     BadInput
         If there are no runs, one cannot be used, a format is unknown, typst is missing for a PDF, the
-        workbook is no .xlsx or openpyxl is missing for it, or something cannot be written.
+        workbook is no .xlsx or openpyxl is missing for it, a digital report is wanted of runs that do not
+        say when they were made, or something cannot be written.
     """
     _check_formats(formats)
     _check_workbook(table)
+    _check_signing(key, () if out is None else formats)
+    check_outputs([file for file in (table, digital) if file is not None])
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
+    if out is not None:
+        _check_kept(source.fields, out / f"{source.name}-report.pdf")
     source = with_number(source)
-    written = _write(build_content(source), out, f"{source.name}-report", formats)
+    content = build_content(source)
+    xml = render_digital(source, content) if digital is not None else _digital(source, content)
+    written = []
+    if out is not None:
+        inside = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json}, xml)
+        written = _write(content, inside, out, f"{source.name}-report", formats, key)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
+    if digital is not None:
+        with replaced_whole(digital) as place:
+            place.write_bytes(xml or b"")
+        written.append(digital)
     return written
+
+
+def _digital(source: ReportSource, content: Content) -> bytes | None:
+    """Return the digital test report; None of runs that do not say when they were made: it needs dates."""
+    try:
+        return render_digital(source, content)
+    except BadInput:
+        return None
 
 
 def write_comparison(
@@ -102,6 +139,7 @@ def write_comparison(
     formats: Sequence[str] = ("html", "pdf"),
     given: Given | None = None,
     table: Path | None = None,
+    key: SigningKey | None = None,
 ) -> list[Path]:
     """Write the report that sets several specimens or campaigns side by side; the first is the reference.
 
@@ -109,7 +147,7 @@ def write_comparison(
     ----------
     paths : sequence of Path
         Two or more run files or campaign folders.
-    out, formats, table
+    out, formats, table, key
         As of :func:`write_report`.
     given : Given, optional
         How to evaluate. Its fields are those of the comparison; the campaigns' own are not used.
@@ -126,6 +164,7 @@ def write_comparison(
     """
     _check_formats(formats)
     _check_workbook(table)
+    _check_signing(key, formats)
     given = given or Given()
     if given.model is not None or given.earlier is not None:
         raise BadInput(
@@ -136,9 +175,11 @@ def write_comparison(
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
     check_chosen(sources, given.conformity)
     sides = side_by_side(sources, given.fields or ReportFields())
+    _check_kept(sides.whole.fields, out / "comparison-report.pdf")
     sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
-    written = _write(content, out, "comparison-report", formats)
+    attached = attachments_of(content, sides.whole, sides.evaluations)
+    written = _write(content, attached, out, "comparison-report", formats, key)
     if table is not None:
         written.append(_write_workbook(content, table))
     return written
@@ -158,6 +199,25 @@ def _write_workbook(content: Content, table: Path) -> Path:
     return table
 
 
+def _check_signing(key: SigningKey | None, formats: Sequence[str]) -> None:
+    if key is not None and "pdf" not in formats:
+        raise BadInput(
+            "a signature is part of the PDF, and none is written",
+            file="--sign",
+            remedy=f"install typst ({how_to_add('pdf')}), or do not sign",
+        )
+
+
+def _check_kept(fields: ReportFields, target: Path) -> None:
+    """Refuse to write an amended report over the one that it replaces: that is on record with its hash."""
+    if fields.amends_report and Path(fields.amends_report).resolve() == target.resolve():
+        raise BadInput(
+            "the amended report would take the place of the one that it replaces",
+            file=target,
+            remedy="choose another folder: both are kept",
+        )
+
+
 def _check_formats(formats: Sequence[str]) -> None:
     if unknown := [name for name in formats if name not in _RENDERERS]:
         raise BadInput(f"there is no report format “{unknown[0]}”", remedy=f"use {' or '.join(_RENDERERS)}")
@@ -175,14 +235,28 @@ def _check_sides(paths: Sequence[Path]) -> None:
         seen.add(path.resolve())
 
 
-def _write(content: Content, out: Path, name: str, formats: Sequence[str]) -> list[Path]:
+def _write(
+    content: Content,
+    attached: Sequence[Attachment],
+    out: Path,
+    name: str,
+    formats: Sequence[str],
+    key: SigningKey | None,
+) -> list[Path]:
     figures = [draw(picture.plot) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there. Side by side, because the
     # typesetter works without Python's lock.
     with ThreadPoolExecutor() as pool:
         rendered = dict(
-            zip(formats, pool.map(lambda kind: _RENDERERS[kind](content, figures), formats), strict=True)
+            zip(
+                formats,
+                pool.map(lambda kind: _RENDERERS[kind](content, figures, attached), formats),
+                strict=True,
+            )
         )
+    if key is not None:
+        state = "draft of report" if content.missing else "report"
+        rendered["pdf"] = signed(rendered["pdf"], key, reason=f"{state} {content.report_id}")
     written = []
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -15,7 +15,9 @@ from bufferstand.evaluation.report.rendering.html import render_html
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.evaluation.report.source.reading import read_source
 from bufferstand.evaluation.report.source.source import ReportSource
+from tests.evaluation_report import signed_reports
 from tests.evaluation_report.make_runs import hand_made_document, write_campaign
+from tests.evaluation_report.signed_reports import SignedReport
 
 
 @dataclass
@@ -42,3 +44,8 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Made:
     content = build_content(source)
     figures = tuple(draw(picture.plot) for picture in content.pictures())
     return Made(folder, source, content, figures, render_html(content, figures), render_pdf(content, figures))
+
+
+@pytest.fixture(scope="session")
+def sealed(tmp_path_factory: pytest.TempPathFactory) -> SignedReport:
+    return signed_reports.made(tmp_path_factory.mktemp("signed"))

@@ -19,7 +19,11 @@ ROOMS = "cli|daq|drivers|evaluation|foundation|model|protocols|recording|tests|d
 FILE = re.compile(rf"`((?:{ROOMS})/(?![\w./-]*NAME)[\w./-]+\.(?:py|md|toml|csv|h5))`")
 """A file of the repository; one with NAME in it is to be made (tests/house/test_recipes.py)."""
 NOT_HERE = re.compile(r"\bshared/|contracts? §|wire-facts|reference notes")
-SKIPS_WITHOUT_IT = {"tests/evaluation/test_real_records.py", "tests/golden/test_golden.py"}
+SKIPS_WITHOUT_IT = {
+    "tests/evaluation/test_real_records.py",
+    "tests/golden/test_golden.py",
+    "tests/outside/dcc.py",
+}
 
 
 def name(path: Path) -> str:

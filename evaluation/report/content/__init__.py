@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.evaluation.report.content.attachment import (
+        Attachment,
+    )
     from bufferstand.evaluation.report.content.content import (
         DASH,
         Block,
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.content.numbers import (
         UNBROKEN,
+        decimals_of,
         fixed,
         limits_text,
         measured_cell,
@@ -51,6 +55,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DASH",
     "UNBROKEN",
+    "Attachment",
     "Block",
     "Cell",
     "Column",
@@ -71,6 +76,7 @@ __all__ = [
     "Tone",
     "VerdictLine",
     "Words",
+    "decimals_of",
     "fixed",
     "limits_text",
     "measured_cell",

@@ -43,11 +43,16 @@ def with_uncertainty(value: float, expanded: float) -> str:
     """Return ``value ± U``: U with two significant digits, the value to the same place (GUM 7.2.6)."""
     if expanded <= 0.0:
         return significant(value)
-    decimals = 1 - math.floor(math.log10(expanded))
-    if round(expanded, decimals) >= 10.0 ** (2 - decimals):  # 0.0996 is 0.10, not 0.100
-        decimals -= 1
+    decimals = decimals_of(expanded)
     value, expanded = round(value, decimals), round(expanded, decimals)
     return f"{fixed(value, max(0, decimals))} ± {fixed(expanded, max(0, decimals))}"
+
+
+def decimals_of(expanded: float) -> int:
+    """Return to how many decimals U (above 0) has two significant digits; a negative number: to tens."""
+    decimals = 1 - math.floor(math.log10(expanded))
+    # 0.0996 is 0.10, not 0.100
+    return decimals - 1 if round(expanded, decimals) >= 10.0 ** (2 - decimals) else decimals
 
 
 def span_text(low: float, high: float, expanded: float | None) -> str:

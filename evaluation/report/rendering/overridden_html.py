@@ -46,8 +46,11 @@ def template_name(environment: Environment, own: OwnTemplate | None) -> str:
         tree = environment.parse(text)
     except TemplateSyntaxError as error:
         raise _refused(file, error.lineno, error.message or "no template") from None
-    named = [node.template for node in tree.find_all(nodes.Extends)]
-    extended = [name.value for name in named if isinstance(name, nodes.Const)]
+    extended = [
+        node.template.value
+        for node in tree.find_all(nodes.Extends)
+        if isinstance(node.template, nodes.Const) and isinstance(node.template.value, str)
+    ]
     if extended != [f"{_SHIPPED}/{HTML}"]:
         raise _refused(file, 1, f'it does not begin with {{% extends "{_SHIPPED}/{HTML}" %}}')
     for block in tree.find_all(nodes.Block):

@@ -13,7 +13,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
-from bufferstand.evaluation.report.content import UNBROKEN, Content, moment_of
+from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, moment_of
 from bufferstand.evaluation.report.rendering.overridden_typst import (
     TYPST_BLOCKS,
     lay_out,
@@ -28,8 +28,8 @@ _TEMPLATES = ("report.typ", "prose.typ")
 _UNKNOWN_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 
 
-def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
-    """Return the report as PDF.
+def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[Attachment] = ()) -> bytes:
+    """Return the report as PDF/A-3b (ISO 19005-3).
 
     Parameters
     ----------
@@ -37,6 +37,8 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
         What the report says.
     figures : sequence of str
         The figures as SVG text, in the order of their numbers.
+    attachments : sequence of Attachment
+        Files that it has inside.
 
     Returns
     -------
@@ -58,7 +60,12 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
             "the PDF report needs typst, which is not installed",
             remedy=f"install it ({how_to_add('pdf')}), or write the HTML report only",
         ) from None
-    said = content.document() | {"unbroken": UNBROKEN, "overridable": list(TYPST_BLOCKS)}
+    inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
+    said = content.document() | {
+        "unbroken": UNBROKEN,
+        "overridable": list(TYPST_BLOCKS),
+        "attached": _attached(inside),
+    }
     document = json.dumps(said, ensure_ascii=False, sort_keys=True)
     _check_letters(document)
     with tempfile.TemporaryDirectory(prefix="bufferstand-report-") as temporary:
@@ -71,6 +78,8 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
         lay_out(content.template, folder)
         for given, image in content.given().items():
             (folder / f"{given}.{image.suffix}").write_bytes(image.data)
+        for place, attachment in inside.items():
+            (folder / place).write_bytes(attachment.data)
         for number, svg in enumerate(figures, start=1):
             (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
         try:
@@ -80,7 +89,7 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
                 **_OPTIONS,
                 timestamp=(moment_of(content.ended) or _UNKNOWN_DATE).replace(microsecond=0),
                 format="pdf",
-                pdf_standards="a-2b",
+                pdf_standards="a-3b",
             )
         except typst.TypstError as error:
             raise typst_refusal(content.template, error) from error
@@ -89,6 +98,13 @@ def render_pdf(content: Content, figures: Sequence[str]) -> bytes:
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
     return pdf
+
+
+def _attached(inside: Mapping[str, Attachment]) -> list[dict[str, str]]:
+    return [
+        {"file": place, "name": one.name, "description": one.description, "media_type": one.media_type}
+        for place, one in inside.items()
+    ]
 
 
 def _check_letters(document: str) -> None:

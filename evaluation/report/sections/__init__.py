@@ -68,7 +68,9 @@ if TYPE_CHECKING:
         reevaluation_section,
     )
     from bufferstand.evaluation.report.sections.references import (
+        is_draft,
         missing_references,
+        reference_text,
     )
     from bufferstand.evaluation.report.sections.results import (
         columns,
@@ -99,6 +101,7 @@ if TYPE_CHECKING:
         why_unmatched,
     )
     from bufferstand.evaluation.report.sections.verdicts import (
+        name_of,
         requirements_section,
         severity,
         worst,
@@ -130,10 +133,12 @@ __all__ = [
     "history_section",
     "identification",
     "introduction_section",
+    "is_draft",
     "key_values",
     "laboratory",
     "missing_references",
     "model_section",
+    "name_of",
     "not_as_required",
     "not_tested_section",
     "operator",
@@ -143,6 +148,7 @@ __all__ = [
     "recorded_section",
     "reevaluation_notice",
     "reevaluation_section",
+    "reference_text",
     "remarks_section",
     "requirements_section",
     "rule_section",

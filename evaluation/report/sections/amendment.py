@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.content import Section, Sheet, Texts
+from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts
 from bufferstand.evaluation.report.sections.identity import given
 from bufferstand.evaluation.report.source import ReportSource
 
@@ -12,19 +12,30 @@ def amendment_section(source: ReportSource) -> Section | None:
     fields = source.fields
     if not fields.amends:
         return None
-    sheet = Sheet(
-        "",
-        (
-            ("Issued", given(fields.amends_issued)),
-            ("Reason", given(fields.amendment_reason)),
-        ),
-    )
+    facts = [("Issued", given(fields.amends_issued)), ("Reason", given(fields.amendment_reason))]
+    if source.predecessor is not None:
+        facts.append(("SHA-256 of its PDF", Cell(source.predecessor.sha256, "code")))
+    sheet = Sheet("", tuple(facts))
     changes = fields.amendment_changes or ("Not stated: add amendment_changes to report.toml.",)
     return Section(
         "amendment",
         f"Amendment to report {fields.amends}",
-        (sheet, Texts(("What is different from that report:",)), Texts(changes, listed=True)),
+        (
+            sheet,
+            Texts(("What is different from that report:",)),
+            Texts((*changes, *_figures(source)), listed=True),
+        ),
     )
+
+
+def _figures(source: ReportSource) -> tuple[str, ...]:
+    """Return whether results are others than in the report that is replaced, where that is known."""
+    predecessor = source.predecessor
+    if predecessor is None or predecessor.evaluation is None:
+        return ()
+    if not predecessor.moved(source.document):
+        return ("No result and no verdict is another than in that report.",)
+    return ("Results, verdicts or runs are others: see Against the earlier evaluation.",)
 
 
 def amendment_notice(source: ReportSource) -> tuple[str, ...]:

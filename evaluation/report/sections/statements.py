@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from hashlib import sha256
 from typing import Any
 
 from bufferstand.evaluation.facts import expected_turns, held_against
@@ -24,7 +25,13 @@ from bufferstand.evaluation.report.sections.attention import (
 )
 from bufferstand.evaluation.report.sections.identity import calibrations, overdue
 from bufferstand.evaluation.report.sections.verdicts import grouped_points, is_condition
-from bufferstand.evaluation.report.source import ReportRun, ReportSource, purpose_warnings, runs_text
+from bufferstand.evaluation.report.source import (
+    EVALUATION_NAME,
+    ReportRun,
+    ReportSource,
+    purpose_warnings,
+    runs_text,
+)
 
 DOUBTED = "doubted"
 """Kind of a run's event that tells what ended an earlier start of its campaign, which recorded nothing."""
@@ -52,6 +59,7 @@ _APPLIES = (
     "It applies to every statement of conformity in this report; to which runs and cycles each of them "
     "refers stands beside it."
 )
+_ATTACHED = "the evaluation of these runs, inside the PDF"
 _UNKNOWN_RULE = "The evaluation document does not state by which decision rule its verdicts were given."
 _UNCERTAINTY = (
     "Uncertainties are expanded uncertainties U = k u with coverage factor k = 2 (about 95 % coverage), in "
@@ -285,16 +293,31 @@ def opinions_section(source: ReportSource) -> Section | None:
     )
 
 
-def data_section(source: ReportSource) -> Section:
-    """Return the raw data files with their hashes, and what the customer supplied."""
+def data_section(source: ReportSource, evaluations: Mapping[str, bytes] | None = None) -> Section:
+    """Return the raw data files and the evaluation with their hashes, and what the customer supplied.
+
+    Parameters
+    ----------
+    source : ReportSource
+        Runs, their evaluation, and what the laboratory adds.
+    evaluations : mapping of str to bytes, optional
+        The evaluations that the PDF has inside, by the name of the file; None: that of ``source``.
+    """
+    if evaluations is None:
+        evaluations = {EVALUATION_NAME: source.evaluation_json}
+    runs = [
+        (Cell(str(run.number), "number"), Cell(run.file, "code"), Cell(run.sha256, "code"))
+        for run in source.runs
+    ]
+    attached = [
+        (Cell(DASH, "missing", _ATTACHED), Cell(name, "code"), Cell(sha256(data).hexdigest(), "code"))
+        for name, data in evaluations.items()
+    ]
     table = Table(
         "Raw data",
         (Column("Run"), Column("File"), Column("SHA-256")),
-        tuple(
-            (Cell(str(run.number), "number"), Cell(run.file, "code"), Cell(run.sha256, "code"))
-            for run in source.runs
-        ),
-        note="“bufferstand verify” on these files shows whether they are whole and unaltered.",
+        (*runs, *attached),
+        note="“bufferstand verify” on these files and on the PDF shows whether they are whole and unaltered.",
     )
     originals = tuple(
         (

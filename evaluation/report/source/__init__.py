@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         read_source,
     )
     from bufferstand.evaluation.report.source.source import (
+        EVALUATION_NAME,
         NOT_RECORDED,
         ReportRun,
         ReportSource,
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "EVALUATION_NAME",
     "MOST_SIDES",
     "NOT_RECORDED",
     "CampaignClock",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 
 from bufferstand.evaluation.report.source.number_range import check_pattern, is_pattern
 from bufferstand.foundation import BadInput
@@ -13,6 +13,11 @@ from bufferstand.foundation.settings import Day, Settings, load_settings
 
 FILE_NAME = "report.toml"
 _Lines = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+
+
+CountryCode = Annotated[
+    str, Field(pattern=r"^[A-Z]{2}$", description="two capital letters of ISO 3166-1, e.g. “DE”")
+]
 
 
 class ReportFields(Settings):
@@ -24,6 +29,8 @@ class ReportFields(Settings):
     """The CSV file in which the numbers of the range are written down, relative to this file."""
     laboratory: str = ""
     laboratory_address: str = ""
+    country: CountryCode | None = None
+    """Country of the laboratory, two capital letters (ISO 3166-1); the digital report states it."""
     place_of_test: str = ""
     customer: str = ""
     customer_address: str = ""
@@ -72,6 +79,8 @@ class ReportFields(Settings):
     """Data that the customer supplied, for which the laboratory does not answer."""
     amends: str = ""
     """Id of the report that this one replaces (7.8.8)."""
+    amends_report: str = ""
+    """The PDF of that report, relative to this file: its id, its hash and what changed are taken from it."""
     amends_issued: Day | None = None
     """When that one was issued."""
     amendment_reason: str = ""
@@ -81,7 +90,7 @@ class ReportFields(Settings):
 
 _FILES = (
     *("validation", "mark", "specimen_photo", "setup_photo", "accreditation_mark"),
-    *("introduction", "number_register", "template"),
+    *("introduction", "number_register", "template", "amends_report"),
 )
 """Keys that name a file relative to ``report.toml``."""
 _REQUIRED = {
@@ -94,8 +103,6 @@ _REQUIRED = {
     "checked_by": "who checked the report",
     "authorised_by": "who authorised the report",
 }
-
-
 _OF_AN_AMENDMENT = {
     "amends_issued": "date of the report that this one replaces",
     "amendment_changes": "what this report changes",
@@ -135,20 +142,21 @@ def read_fields(path: Path) -> ReportFields:
             place="accreditation_mark",
             remedy="add accreditation_number",
         )
-    if fields.amends and not fields.amendment_reason:
+    amended = fields.amends or fields.amends_report
+    if amended and not fields.amendment_reason:
         raise BadInput(
-            f"the report amends {fields.amends} and does not say why",
+            f"the report amends {amended} and does not say why",
             file=path,
             place="amendment_reason",
             remedy="add the reason",
         )
     of_an_amendment = ("amends_issued", "amendment_reason", "amendment_changes")
-    if not fields.amends and (stray := [name for name in of_an_amendment if getattr(fields, name)]):
+    if not amended and (stray := [name for name in of_an_amendment if getattr(fields, name)]):
         raise BadInput(
             "the report is said to change another one, and not which",
             file=path,
             place=stray[0],
-            remedy="add amends, the id of the report that it replaces",
+            remedy="add amends_report, the PDF of the report that it replaces, or amends, its id",
         )
     return fields
 

@@ -18,6 +18,7 @@ from bufferstand.evaluation.report.source.fields import ReportFields, load_field
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.model_on_runs import apply_model
 from bufferstand.evaluation.report.source.own_parts import own_parts
+from bufferstand.evaluation.report.source.predecessor import predecessor_of
 from bufferstand.evaluation.report.source.purposes import with_purposes
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
 from bufferstand.evaluation.requirements import LimitSet, find_limit_set, shipped_limit_set, shipped_names
@@ -168,13 +169,17 @@ def read_source(
     else:
         rule = document.get("decision_rule")
     entries = _entries(document)
-    runs = tuple(_report_run(number, one, entries) for number, one in enumerate(loaded, start=1))
+    runs = tuple(_report_run(number, one, entries, path) for number, one in enumerate(loaded, start=1))
     runs, statements, document = with_purposes(runs, document, given.conformity)
     fields = given.fields
     if fields is None:
         fields = load_fields(path if path.is_dir() else path.parent)
-    if given.earlier is not None:
-        _entries(given.earlier)
+    fields, predecessor = predecessor_of(fields)
+    earlier = given.earlier
+    if earlier is not None:
+        _entries(earlier)
+    elif predecessor is not None and predecessor.moved(document):
+        earlier = predecessor.evaluation
     return ReportSource(
         name=path.stem if path.is_file() else path.resolve().name,
         runs=runs,
@@ -184,7 +189,8 @@ def read_source(
         decision_rule=rule,
         limit_sets=_limit_sets(runs, given.limit_set),
         modelled=None if given.model is None else apply_model(given.model, runs),
-        earlier=given.earlier,
+        earlier=earlier,
+        predecessor=predecessor,
         statements=statements,
         detailed=given.detailed,
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
@@ -239,7 +245,14 @@ def _entries(document: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     return {str(entry["run"]["id"]): entry for entry in document.get("runs") or []}
 
 
-def _report_run(number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, Any]]) -> ReportRun:
+def _place(file: Path, given: Path) -> str:
+    """Return where a run file is below the folder that is reported on; a file that is given is only named."""
+    return file.relative_to(given).as_posix() if file != given and file.is_relative_to(given) else file.name
+
+
+def _report_run(
+    number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, Any]], given: Path
+) -> ReportRun:
     run = loaded.run
     evaluated = entries.get(run.id)
     if evaluated is None:
@@ -266,4 +279,5 @@ def _report_run(number: int, loaded: Loaded, entries: Mapping[str, Mapping[str, 
         evaluated=evaluated,
         record=loaded.record,
         problem=loaded.problem,
+        place=_place(run.path, given),
     )

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from datetime import datetime, timedelta
+from functools import cached_property
+from math import isfinite
+from pathlib import PurePath
 from typing import Any
 
 from bufferstand.evaluation.facts import Extreme, not_whole
@@ -13,12 +16,16 @@ from bufferstand.evaluation.report.content import DASH, Cell, Image, OwnTemplate
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
 from bufferstand.evaluation.report.source.own_text import OwnText
+from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.requirements import LimitSet
 from bufferstand.evaluation.run.extremes import sample_extremes
 from bufferstand.foundation import Kind
+from bufferstand.foundation.files import canonical_json
 from bufferstand.recording.runfile import simulated_of
 
 NOT_RECORDED = "not recorded in the run file"
+EVALUATION_NAME = "evaluation.json"
+"""Name of the evaluation document inside the PDF."""
 _OF_EXTREME = tuple(each.name for each in fields(Extreme))
 
 
@@ -63,6 +70,8 @@ class ReportRun:
     part: int | None = None
     strokes: tuple[Mapping[str, Any], ...] = ()
     forces: tuple[Mapping[str, Any], ...] = ()
+    place: str = ""
+    """Where the file is below the folder that is reported on, as the attached evaluation names it."""
 
     @property
     def label(self) -> str:
@@ -264,6 +273,8 @@ class ReportSource:
     """On which runs each statement of conformity rests (``conformity`` of the document)."""
     earlier: Mapping[str, Any] | None = None
     """An earlier evaluation document of the same runs, to say what moved."""
+    predecessor: Predecessor | None = None
+    """The report that this one replaces, where its PDF is given."""
     validation: Mapping[str, Any] | None = None
     """The validation record that the laboratory names (:mod:`bufferstand.evaluation.validation`), if any."""
     mark: Image | None = None
@@ -279,6 +290,30 @@ class ReportSource:
     """What it puts in the place of blocks of the shipped templates."""
     detailed: bool = False
     """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
+
+    @cached_property
+    def evaluation(self) -> dict[str, Any]:
+        """The evaluation document as the report is made from it: what the PDF has inside.
+
+        It has the runs of this report only, in its order, and names files below the folder that is reported
+        on: a machine's paths are nobody's business, and would make other bytes of the same report.
+        """
+        named = {
+            key: [{**entry, "path": PurePath(str(entry.get("path", ""))).name} for entry in entries]
+            for key in ("copies", "failures")
+            if (entries := self.document.get(key))
+        }
+        runs = [
+            {**run.evaluated, "run": {**run.evaluated["run"], "path": run.place or run.file}}
+            for run in self.runs
+        ]
+        stated = {"conformity": list(self.statements)} if self.statements else {}
+        return {**self.document, "runs": runs, **named, **stated}
+
+    @cached_property
+    def evaluation_json(self) -> bytes:
+        """:attr:`evaluation` as canonical JSON: one text, and so one hash, for one evaluation."""
+        return canonical_json(_finite(self.evaluation)).encode()
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""
@@ -304,3 +339,12 @@ def runs_text(numbers: Iterable[int]) -> str:
             groups.append([number])
     text = ", ".join(str(g[0]) if len(g) == 1 else f"{g[0]}–{g[-1]}" for g in groups)
     return f"{'run' if len(ordered) == 1 else 'runs'} {text}"
+
+
+def _finite(content: Any) -> Any:
+    """Return JSON content with null for what no number is: a report shows a dash there."""
+    if isinstance(content, Mapping):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not isfinite(content) else content

@@ -9,7 +9,8 @@ from bufferstand.evaluation.report.content import significant, usable
 from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.own_parts import own_parts
-from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
+from bufferstand.evaluation.report.source.predecessor import predecessor_of
+from bufferstand.evaluation.report.source.source import EVALUATION_NAME, ReportRun, ReportSource
 from bufferstand.evaluation.report.source.step_matching import same_step
 
 MOST_SIDES = 26
@@ -36,6 +37,12 @@ class ComparedSpecimens:
 
     sides: tuple[ComparedSpecimen, ...]
     whole: ReportSource
+
+    @property
+    def evaluations(self) -> dict[str, bytes]:
+        """The evaluation of each side as JSON, by the name of the file that the PDF has inside."""
+        stem, _, ending = EVALUATION_NAME.rpartition(".")
+        return {f"{stem}-{side.letter}.{ending}": side.source.evaluation_json for side in self.sides}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +72,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         )
         numbered += len(runs)
         sides.append(ComparedSpecimen(chr(ord("A") + place), replace(source, runs=runs)))
+    fields, predecessor = predecessor_of(fields)
     rules = {source.decision_rule for source in sources}
     whole = ReportSource(
         name=" vs ".join(source.name for source in sources),
@@ -79,6 +87,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         decision_rule=rules.pop() if len(rules) == 1 else None,
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
+        predecessor=predecessor,
         mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
         **own_parts(fields),
     )
