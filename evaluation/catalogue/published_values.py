@@ -40,6 +40,8 @@ class PublishedValue:
     specimen: Specimen
     kind: Literal["static", "harmonic"]
     step: Mapping[str, float] = field(hash=False)
+    of_piston: bool = False
+    """Whether it is what the specimen made of a stroke that was required of the piston."""
 
     @property
     def value(self) -> float:
@@ -58,7 +60,8 @@ def _harmonic(
     figure: str, quantity: str, printed: str, prestress: float, amplitude: float, frequency: float
 ) -> PublishedValue:
     step = {"prestress_mm": prestress, "amplitude_mm": amplitude, "frequency_Hz": frequency}
-    return PublishedValue(figure, quantity, printed, "buffer", "harmonic", step)
+    of_piston = quantity == "prestress_mm"
+    return PublishedValue(figure, quantity, printed, "buffer", "harmonic", step, of_piston)
 
 
 def _draw_hook(quantity: str, printed: str, stroke: float, temperature: float) -> PublishedValue:

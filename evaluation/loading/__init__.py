@@ -9,11 +9,13 @@ if TYPE_CHECKING:
         condensed_for,
     )
     from bufferstand.evaluation.loading.load import (
+        load_opened,
         load_run,
     )
 
 __all__ = [
     "condensed_for",
+    "load_opened",
     "load_run",
 ]
 

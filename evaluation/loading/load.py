@@ -63,10 +63,18 @@ def load_run(path: Path, bounds: MemoryBounds | None = None) -> tuple[Record, Ru
     BadInput
         If it is no run file, is damaged, or lacks force or stroke.
     """
-    return _read(open_run(path), bounds or MemoryBounds())
+    return load_opened(open_run(path), bounds)
 
 
-def _read(run: Run, bounds: MemoryBounds) -> tuple[Record, RunFacts]:
+def load_opened(run: Run, bounds: MemoryBounds | None = None) -> tuple[Record, RunFacts]:
+    """Read the samples of a run that is open, as :func:`load_run` does.
+
+    Raises
+    ------
+    BadInput
+        As :func:`load_run`.
+    """
+    bounds = bounds or MemoryBounds()
     wires = _wires(run, bounds)
     facts = _facts(run, wires)
     try:

@@ -15,7 +15,7 @@ import pytest
 from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content.content import Content
+from bufferstand.evaluation.report.content.content import Content, Picture
 from bufferstand.evaluation.report.content.numbers import UNBROKEN
 from bufferstand.evaluation.report.rendering.html import kept
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
@@ -75,6 +75,16 @@ def test_the_certificate_is_the_first_page_with_its_signatures(printed: Printed)
     for words in ("Key values", "Figure 1.", "Tested by", "Checked by", "Authorised by", "items tested."):
         assert words in first
         assert words not in second
+
+
+def test_the_temperatures_of_a_single_run_stand_in_the_annex(printed: Printed) -> None:
+    places = {
+        section.annex
+        for section in printed.content.sections
+        for block in section.blocks
+        if isinstance(block, Picture) and block.caption.startswith("Temperatures")
+    }
+    assert places == {printed.name != "campaign"}
 
 
 def broken(pdf: bytes) -> Iterator[str]:

@@ -81,6 +81,15 @@ def test_a_step_that_was_not_run_is_a_dash_with_its_reason(report: Made) -> None
     }
 
 
+def test_a_stroke_that_was_corrected_is_not_held_against_one_of_the_piston(report: Made) -> None:
+    source = of_paper(report.source)
+    assert rows(paper_section(source))["Prestress", "50 ± 30 mm, 0.42 Hz"][1] == "9"
+    runs = tuple(replace(run, strokes=({"compensated": True},)) for run in source.runs)
+    said = rows(paper_section(replace(source, runs=runs)))
+    assert said["Prestress", "50 ± 30 mm, 0.42 Hz"][1] == "—"
+    assert said["Frequency", "50 ± 30 mm, 0.42 Hz"][1] == "9"
+
+
 def test_a_specimen_of_another_kind_has_its_own_numbers(report: Made) -> None:
     steps = {step for _, step in rows(paper_section(of_paper(report.source, "draw-gear")))}
     assert steps == {"to 42.5 mm, 25 °C", "to 44.5 mm, 75 °C"}

@@ -153,7 +153,10 @@ def planned(folder: Path) -> dict[str, Any]:
 
 
 def said(content: Content) -> dict[str, Any]:
-    """Return what a report says, and of each figure a hash of what it draws."""
+    """Return what a report says, and of each figure a hash of what it draws.
+
+    The hash of the evaluation is left out: it is over a hash of the code, and another with each change of it.
+    """
     drawn = [content_hash(picture.plot.facts()) for picture in content.pictures()]
     document = content.document()
     for section in document["sections"]:

@@ -13,6 +13,7 @@ import pytest
 
 from bufferstand.recording.runfile.file import open_run
 from bufferstand.recording.sealing.verification import verify
+from tests.evaluation_report.test_pages import broken
 from tests.main_job.conftest import Demo, bufferstand
 
 
@@ -178,6 +179,28 @@ def test_the_report_has_at_most_eight_pages_before_its_annex(demo: Demo) -> None
     warned = "".join(texts[:annex]).partition("Warnings")[2]
     assert "above the limit of 600" in warned
     assert "not complete" not in warned, "the lead-in is planned"
+
+
+def test_the_report_breaks_no_number_and_leaves_no_heading_alone(demo: Demo) -> None:
+    (pdf,) = (demo.folder / "report").glob("*.pdf")
+    (html,) = (demo.folder / "report").glob("*.html")
+    assert list(broken(pdf.read_bytes())) == []
+    titles = set(re.findall(r"<h[23]>(.*?)</h[23]>", html.read_text(encoding="utf-8"))) | {"Annex"}
+    assert len(titles) > 20
+    for page in pypdfium2.PdfDocument(str(pdf)):
+        lines = [line.strip() for line in page.get_textpage().get_text_range().splitlines() if line.strip()]
+        assert not {lines[-1], lines[-2]} & titles  # the foot of the page may stand last
+
+
+def test_the_report_sets_the_paper_s_numbers_beside_its_own(demo: Demo) -> None:
+    (html,) = (demo.folder / "report").glob("*.html")
+    text = html.read_text(encoding="utf-8")
+    (section,) = re.findall(r'<section id="paper">.*?</section>', text, re.DOTALL)
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row, re.DOTALL) for row in section.split("<tr>")[2:]]
+    shown = [[re.sub(r"<sup>.*?</sup>|<[^>]*>", "", cell) for cell in row] for row in rows]
+    dampings = [row for row in shown if row[1] == "Damping"]
+    assert [row[3] for row in dampings] == ["0.232", "0.225", "0.386", "0.373"]
+    assert all(row[8] == "within U" for row in dampings)
 
 
 def test_progress_goes_to_standard_error_without_colour(demo: Demo) -> None:

@@ -85,7 +85,7 @@ def figures_section(source: ReportSource) -> Section | None:
         *_dynamic_pictures(source)[first is None :],
         *trend_pictures(source),
         *_temperature_pictures(source),
-        *temperature_pictures(source),
+        *(() if _of_one_run(source) else temperature_pictures(source)),
     ]
     if pictures:
         return Section("figures", said("Figures"), tuple(pictures))
@@ -95,11 +95,16 @@ def figures_section(source: ReportSource) -> Section | None:
 
 
 def course_section(source: ReportSource) -> Section | None:
-    """Return the stroke over the campaign, for the annex."""
-    pictures = stroke_pictures(source)
+    """Return the stroke over the campaign, for the annex; with the temperatures where it is one run's."""
+    pictures = [*(temperature_pictures(source) if _of_one_run(source) else ()), *stroke_pictures(source)]
     return (
         Section("course", said("Course of the campaign"), tuple(pictures), annex=True) if pictures else None
     )
+
+
+def _of_one_run(source: ReportSource) -> bool:
+    """Say whether a report is of one run: its few pages are for what came out, and the rest is annex."""
+    return len(source.runs) == 1
 
 
 def model_comparison_section(source: ReportSource) -> Section | None:

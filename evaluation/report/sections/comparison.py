@@ -368,13 +368,14 @@ def _spread(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Ta
             Column(said("Quantity")),
             Column(said("Unit")),
             Column(said("Mean")),
-            Column(said("Standard deviation")),
-            Column(said("of the mean"), "%"),
+            Column(said("Std. dev.")),
+            Column(said("Std. dev."), "%"),
             *(Column(said("{letter} − mean ± U", letter=side.letter)) for side in sides.sides),
         ),
         tuple(rows),
         note=said(
-            "The mean holds each of them, which the uncertainty of a deviation from it takes into account."
+            "Std. dev.: standard deviation of the specimens, also in % of the mean. The mean holds each of "
+            "them, which the uncertainty of a deviation from it takes into account."
         ),
     )
 

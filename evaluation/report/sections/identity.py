@@ -34,6 +34,8 @@ _NOT_USED = said("not used (simulated)")
 _IDENTITY = ("device", "serial", "firmware", "profile")
 _TO_BE_GIVEN = said("not given: add it to report.toml beside the runs")
 _SIMULATED = said(" (simulated)")
+_MOST_BESIDE = 4
+"""Specimens whose facts stand side by side; of more, one below the other."""
 _SPECIMEN = (
     (said("Identification"), "id"),
     (said("Kind"), "kind"),
@@ -208,9 +210,22 @@ def recording_software(source: ReportSource) -> Cell:
 
 
 def identification(specimens: Sequence[tuple[str, ReportSource]]) -> Section:
-    """Return the facts of the specimens of a comparison, each with the title of its sheet."""
-    sheets = [specimen_sheet(title, of) for title, of in specimens]
-    return Section("identification", said("Identification"), tuple(sheets))
+    """Return the facts of the specimens of a comparison: side by side where a page has room for them.
+
+    Parameters
+    ----------
+    specimens : sequence of (str, ReportSource)
+        Each with its title.
+    """
+    if len(specimens) > _MOST_BESIDE:
+        sheets = [specimen_sheet(title, of) for title, of in specimens]
+        return Section("identification", said("Identification"), tuple(sheets))
+    table = Table(
+        said("Identification"),
+        (Column(said("On record")), *(Column(title) for title, _ in specimens)),
+        tuple((Cell(name), *(_specimen_fact(of, key) for _, of in specimens)) for name, key in _SPECIMEN),
+    )
+    return Section("identification", said("Identification"), (table,))
 
 
 def specimen_sheet(title: str, source: ReportSource) -> Sheet:
@@ -276,7 +291,7 @@ def _not_guarded(source: ReportSource) -> list[str]:
     return [
         text
         if len(numbers) == len(source.runs)
-        else said("{text} (run {list})", text=text, list=joined(", ", map(str, numbers)))
+        else said("{text} ({runs})", text=text, runs=runs_text(numbers))
         for text, numbers in found.items()
     ]
 

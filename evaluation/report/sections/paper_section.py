@@ -28,6 +28,9 @@ _SAME = {
 }
 """Within what a run is of the paper's step: absolute, or relative if larger."""
 _NO_RUN = said("no run of this campaign is of this step")
+_CORRECTED = said(
+    "the paper required the stroke of the piston; here the specimen itself made the required stroke"
+)
 _NO_VALUE = said("the run has no such result")
 _NO_U = said("the record of the run states no accuracy")
 _EXPLANATION = said(
@@ -80,7 +83,14 @@ def paper_section(source: ReportSource) -> Section | None:
 
 def _rows(one: PublishedValue, runs: list[ReportRun]) -> list[tuple[Cell, ...]]:
     of_step = [part for run in runs for part in run.parts if _is_of(one, part)]
-    return [_row(one, run) for run in of_step] or [_row(one, None)]
+    fitting = [run for run in of_step if not (one.of_piston and _corrected(run))]
+    why = _CORRECTED if of_step else _NO_RUN
+    return [_row(one, run, _NO_VALUE) for run in fitting] or [_row(one, None, why)]
+
+
+def _corrected(run: ReportRun) -> bool:
+    """Say whether the piston was corrected until the specimen made the required stroke."""
+    return any(stroke.get("compensated") for stroke in run.strokes)
 
 
 def _is_of(one: PublishedValue, run: ReportRun) -> bool:
@@ -94,9 +104,8 @@ def _is_of(one: PublishedValue, run: ReportRun) -> bool:
     return True
 
 
-def _row(one: PublishedValue, run: ReportRun | None) -> tuple[Cell, ...]:
+def _row(one: PublishedValue, run: ReportRun | None, why: str) -> tuple[Cell, ...]:
     entry = QUANTITIES.named(one.quantity)
-    why = _NO_RUN if run is None else _NO_VALUE
     value = None if run is None else run.result(one.quantity)
     stated = None if run is None else run.summary.get(one.quantity)
     expanded = usable(stated.get("expanded_uncertainty")) if isinstance(stated, dict) else None
@@ -105,7 +114,7 @@ def _row(one: PublishedValue, run: ReportRun | None) -> tuple[Cell, ...]:
         Cell(label(entry.label, capital(entry.label))),
         Cell(_step(one)),
         Cell(numeral(one.printed), "number"),
-        Cell(DASH, "missing", _NO_RUN) if run is None else Cell(run.label, "number"),
+        Cell(DASH, "missing", why) if run is None else Cell(run.label, "number"),
         measured_cell(value, expanded, why),
         measured_cell(None if value is None else value - one.value, expanded, why),
         Cell(entry.printed_unit),

@@ -12,7 +12,7 @@ from bufferstand.evaluation.across_runs import RecordingIdentity, each_once
 from bufferstand.evaluation.archive import EvaluationSettings, LocalWorkers, evaluate_archive
 from bufferstand.evaluation.archive import document as evaluation_document
 from bufferstand.evaluation.facts import Options
-from bufferstand.evaluation.loading import load_run
+from bufferstand.evaluation.loading import load_opened
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.source.fields import ReportFields, language_for, load_fields
 from bufferstand.evaluation.report.source.given_images import read_image
@@ -62,8 +62,8 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
     loaded = []
     for file in files:
         try:
-            record, facts = load_run(file)
             run = open_run(file)
+            record, facts = load_opened(run)
         except BadInput as error:
             if len(files) == 1:
                 raise
