@@ -15,6 +15,7 @@ from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopReport
 from bufferstand.daq.operator.stop_request import StopLevel
 from tests.worlds.apart import Result, live
 from tests.worlds.computer import VirtualRecorder
+from tests.worlds.death import STEPS
 from tests.worlds.laws import LAWS
 from tests.worlds.life import Life, Lived
 from tests.worlds.troubles import Trouble
@@ -240,11 +241,14 @@ def test_a_program_that_is_broken_breaks_the_law(
     assert laws <= _laws(live(replace(world, reports=False), sabotage=sabotage))
 
 
-def test_a_program_that_is_killed_and_resumed_keeps_every_law() -> None:
-    found = live(KILLED)
+@pytest.mark.dose(2)
+@pytest.mark.parametrize("step", STEPS)
+def test_a_program_that_is_killed_at_a_step_and_resumed_keeps_every_law(step: str) -> None:
+    count = 150 if step.startswith("request") else 1
+    killed = replace(KILLED, troubles=(Trouble("kill", step, 0, "", 1.0, count=count),))
+    found = live(killed)
     assert found.broken == []
-    assert found.starts == ["killed at anywhere", "0: "]
-    assert found.acknowledged > 1000
+    assert found.starts == [f"killed at {step}", "0: "]
 
 
 def test_a_resume_that_has_nothing_left_to_do_stops_at_once() -> None:
