@@ -195,7 +195,8 @@ class SafeStop:
             return SafeStopReport(False, "nobody", None, None, None, "", 0.0, (), line)
         by: By = "commands"
         status = seen
-        if status is None or status.state in VALVE_OFF:
+        if status is None or status.state in VALVE_OFF or _is_fault(status):
+            # A fault may be one from before: switching on has reset it, and the valve is on since.
             status = self._ask("status", self._controller.status)
         if not self._controller.in_charge:  # another program's stand: it is looked at only
             by = "nobody"
@@ -381,8 +382,7 @@ class SafeStop:
             self._note(f"watchdog not fed: {error}")
 
     def _faulted(self) -> bool:
-        status = self._status
-        return status is not None and (status.state is MotionState.FAULT or status.fault_code != 0)
+        return self._status is not None and _is_fault(self._status)
 
     def _at_rest(self) -> bool:
         """Return whether the controller's own fallback has ended: valve off, or no force left to release."""
@@ -471,6 +471,10 @@ class SafeStop:
             tuple(self._problems),
             line,
         )
+
+
+def _is_fault(status: ControllerStatus) -> bool:
+    return status.state is MotionState.FAULT or status.fault_code != 0
 
 
 def _said(fault: Exception) -> str:

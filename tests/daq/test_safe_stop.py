@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -85,6 +86,19 @@ def test_a_valve_that_is_off_stays_off_and_is_told_nothing(state: MotionState) -
     report = stop_of(controller, clock).run()
     assert report.safe
     assert set(controller.calls) == {"status"}
+
+
+@pytest.mark.parametrize("emergency", [False, True])
+def test_a_fault_that_switching_on_has_reset_is_no_fault_of_now(emergency: bool) -> None:
+    """The newest status may be older than the reset: nothing was sent for 60 s then, with the valve on."""
+    controller, clock = loaded()
+    stale = replace(controller.status(), state=MotionState.FAULT, fault_code=1)
+    controller.calls.clear()
+    report = stop_of(controller, clock).run(emergency=emergency, seen=stale)
+    motions = [call for call in controller.calls if call in ("hold", "release", "disable")]
+    assert motions == (["release", "disable"] if emergency else ["hold", "release", "disable"])
+    assert (report.safe, report.by) == (True, "commands")
+    assert report.duration_s < 40.0 / 20.0 + 1.0
 
 
 def test_a_second_call_does_nothing_and_arming_makes_it_stop_again() -> None:

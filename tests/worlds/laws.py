@@ -21,6 +21,7 @@ ZERO_KN = 2.0
 RELEASE_MM_PER_S = 20.0
 MARGIN_S = 2.0
 """Of a watchdog's time: its looks, the actuator's lag (as in tests/two_programs/rules.py)."""
+STOP_S = 12.0
 CUT_KN = 5.0
 """The valve may go off under no more: what zero_force_max_kN lets stand at a start."""
 OWN_LIMIT = 1.02
@@ -62,6 +63,14 @@ def every_end_comes_to_rest(lived: Lived) -> Iterator[str]:
             )
         if _valve_at(lived, from_s):
             yield f"start {start.number + 1}: the valve is on {stated_s:.1f} s after its end"
+
+
+def a_stop_takes_no_longer_than_it_must(lived: Lived) -> Iterator[str]:
+    """A safe stop that reaches rest takes no longer than a hold, the way back of the longest stroke and
+    a wire that is lost for a watchdog's time explain: 12 s."""
+    for start in lived.starts:
+        if start.safe and start.stop_s > STOP_S:
+            yield f"start {start.number + 1}: its safe stop took {start.stop_s:.1f} s"
 
 
 def valve_never_cuts_a_load(lived: Lived) -> Iterator[str]:
@@ -217,6 +226,7 @@ def a_report_comes_out(lived: Lived) -> Iterator[str]:
 
 LAWS: tuple[Law, ...] = (
     every_end_comes_to_rest,
+    a_stop_takes_no_longer_than_it_must,
     valve_never_cuts_a_load,
     force_stays_explained,
     nothing_acknowledged_is_lost,

@@ -66,6 +66,8 @@ class Start:
     reason: str = ""
     safe: bool | None = None
     """Whether the safe stop says that it saw a safe stand; None if there was none."""
+    stop_s: float = 0.0
+    """How long the safe stop took [s]."""
     killed_at: str = ""
     error: str = ""
     """A fault of the software that ended it."""
@@ -247,6 +249,7 @@ class Life:
             return start.status
         start.status, start.reason = int(outcome.exit_status), outcome.reason
         start.safe = None if outcome.safe_stop is None else outcome.safe_stop.safe
+        start.stop_s = 0.0 if outcome.safe_stop is None else outcome.safe_stop.duration_s
         start.error = "" if outcome.error is None else repr(outcome.error)
         controller.close()
         self.death.let_go()  # the program is over, and whatever it left open

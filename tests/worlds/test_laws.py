@@ -15,6 +15,7 @@ from bufferstand.daq.motions.safe_stop import SafeStop, SafeStopReport
 from bufferstand.daq.operator.stop_request import StopLevel
 from tests.worlds.apart import Result, live
 from tests.worlds.computer import VirtualRecorder
+from tests.worlds.death import STEPS
 from tests.worlds.laws import LAWS
 from tests.worlds.life import Life, Lived
 from tests.worlds.troubles import Trouble
@@ -96,6 +97,10 @@ def _reports_another(lived: Lived) -> None:
     lived.report = lived.report.replace("A-105-E-01", "another")
 
 
+def _stops_for_a_minute(lived: Lived) -> None:
+    lived.starts[-1].stop_s = 60.0
+
+
 def _stops_for_nothing(lived: Lived) -> None:
     lived.starts[0].status, lived.starts[0].reason = 3, "stopped by the operator: nobody"
 
@@ -120,6 +125,7 @@ ALTERATIONS: Mapping[str, tuple[Alteration, str]] = {
         (_spoils_a_file, "every_file_is_whole"),
         (_pushes_too_far, "force_stays_explained"),
         (_loads_after_the_end, "every_end_comes_to_rest"),
+        (_stops_for_a_minute, "a_stop_takes_no_longer_than_it_must"),
         (_lets_the_second_in, "a_second_program_is_refused"),
         (_touches_a_complete_step, "resume_repeats_nothing"),
         (_tells_of_more_energy, "the_evaluation_tells_the_truth"),
@@ -235,11 +241,21 @@ def test_a_program_that_is_broken_breaks_the_law(
     assert laws <= _laws(live(replace(world, reports=False), sabotage=sabotage))
 
 
-def test_a_program_that_is_killed_and_resumed_keeps_every_law() -> None:
-    found = live(KILLED)
+@pytest.mark.dose(2)
+@pytest.mark.parametrize("step", STEPS)
+def test_a_program_that_is_killed_at_a_step_and_resumed_keeps_every_law(step: str) -> None:
+    count = 150 if step.startswith("request") else 1
+    killed = replace(KILLED, troubles=(Trouble("kill", step, 0, "", 1.0, count=count),))
+    found = live(killed)
     assert found.broken == []
-    assert found.starts == ["killed at anywhere", "0: "]
-    assert found.acknowledged > 1000
+    assert found.starts == [f"killed at {step}", "0: "]
+
+
+def test_a_resume_that_has_nothing_left_to_do_stops_at_once() -> None:
+    """Killed as the last run was to be sealed: the next start's stop took a minute, valve on (found so)."""
+    found = live(replace(KILLED, troubles=(Trouble("kill", "seal-begins", 0, "", 1.0),)))
+    assert found.broken == []
+    assert found.starts == ["killed at seal-begins", "0: "]
 
 
 def test_a_world_that_ends_without_a_word_is_a_failure() -> None:
