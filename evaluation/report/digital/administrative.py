@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from bufferstand.evaluation.report.build import missing_of, notices_of
+from bufferstand.evaluation.report.build import every_notice, missing_of
 from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.digital.elements import (
     LANGUAGE,
@@ -17,7 +17,7 @@ from bufferstand.evaluation.report.digital.elements import (
 )
 from bufferstand.evaluation.report.digital.quantities import add_quantity
 from bufferstand.evaluation.report.digital.statements import add_statements
-from bufferstand.evaluation.report.sections import customer, laboratory, operator, reevaluation_notice
+from bufferstand.evaluation.report.sections import customer, laboratory, operator
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
 from bufferstand.foundation import BadInput
 
@@ -56,8 +56,8 @@ def add_administrative(parent: ET.Element, source: ReportSource, content: Conten
     )
     _add_persons(add(data, "respPersons"), source)
     _add_contact(add(data, "customer"), customer(source), (fields.customer_address,), None)
-    missing = (*missing_of(source), *lacking(source))
-    add_statements(data, source, (*reevaluation_notice(source), *notices_of(source)), missing)
+    # Those of the content are in the report's language; the texts of this file are in one, English.
+    add_statements(data, source, every_notice(source), (*missing_of(source), *lacking(source)))
 
 
 def lacking(source: ReportSource) -> tuple[str, ...]:

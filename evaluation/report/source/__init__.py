@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.fields import (
         ReportFields,
+        language_for,
         missing_fields,
         read_fields,
     )
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
         NOT_RECORDED,
         ReportRun,
         ReportSource,
+        numbers_text,
         runs_text,
     )
     from bufferstand.evaluation.report.source.specimens import (
@@ -85,10 +87,12 @@ __all__ = [
     "energy_trace",
     "evaluation_hash",
     "is_pattern",
+    "language_for",
     "loop_of",
     "missing_fields",
     "nearest_step",
     "number_of_range",
+    "numbers_text",
     "purpose_texts",
     "purpose_warnings",
     "read_fields",
