@@ -18,14 +18,14 @@ if TYPE_CHECKING:
         stroke_trace,
         temperature_traces,
     )
-    from bufferstand.evaluation.report.source.evaluation_hash import (
-        evaluation_hash,
-    )
     from bufferstand.evaluation.report.source.fields import (
         ReportFields,
         language_for,
         missing_fields,
         read_fields,
+    )
+    from bufferstand.evaluation.report.source.hash_of_findings import (
+        evaluation_hash,
     )
     from bufferstand.evaluation.report.source.model_answer import (
         ModelAnswer,
