@@ -110,6 +110,7 @@ SLOW = (
     "tests/evaluation_report/test_evidence.py",
     "tests/evaluation_report/test_figures.py",
     "tests/evaluation_report/test_given_images.py",
+    "tests/evaluation_report/test_languages.py",
     "tests/evaluation_report/test_layout.py",
     "tests/evaluation_report/test_not_guarded.py",
     "tests/evaluation_report/test_pages.py",
@@ -140,4 +141,6 @@ SLOW = (
     "tests/public_records/",
     "tests/two_programs/",
     "tests/validation/",
+    "tests/worlds/test_dose.py",
+    "tests/worlds/test_laws.py",
 )

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.evaluation.figures.plot import Floats, Level, Plot, Points
+from bufferstand.evaluation.wording import said
 
-STEP_LABEL = "Step of the comparison [No.]"
-CHANGE_LABEL = "Difference to the reference [%]"
+STEP_LABEL = said("Step of the comparison [No.]")
+CHANGE_LABEL = said("Difference to the reference [%]")
 _SPREAD = 0.5
 """Share of a step's width over which its points lie side by side."""
 
@@ -41,7 +42,7 @@ def changes_plot(series: Sequence[ChangeSeries], steps: int) -> Plot:
         CHANGE_LABEL,
         kind="trend",
         points=points,
-        levels=(Level(0.0, "no difference"),),
+        levels=(Level(0.0, said("no difference")),),
         x_range=(0.5, steps + 0.5),
         y_range=(low - margin, high + margin),
         height_mm=78.0,

@@ -11,9 +11,10 @@ import numpy as np
 from bufferstand.evaluation.figures.decimate import kept_samples
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Plot, Window
 from bufferstand.evaluation.figures.style import COLOURS
+from bufferstand.evaluation.wording import numeral, said
 
-STROKE_LABEL = "Stroke [mm]"
-FORCE_LABEL = "Force [kN]"
+STROKE_LABEL = said("Stroke [mm]")
+FORCE_LABEL = said("Force [kN]")
 STATIC_MM = 80.0
 """Height of the figure of quasi-static cycles [mm]."""
 _LOOPS_MM = 62.0
@@ -71,7 +72,8 @@ def static_loops(
     ``windows_of`` names standard and clause of the ranges, for the legend; ``height_mm`` is that of the axes.
     """
     curves = tuple(
-        _curve(loop, f"cycle {loop.cycle}", tone=number, dash=number) for number, loop in enumerate(loops)
+        _curve(loop, said("cycle {cycle}", cycle=loop.cycle), tone=number, dash=number)
+        for number, loop in enumerate(loops)
     )
     ranges = _ranges(loops, windows)
     return Plot(
@@ -93,7 +95,12 @@ def dynamic_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plot:
     for loop in sorted(loops, key=_by_condition):
         tone = tones[loop.prestress_mm or 0.0]
         variant = within[tone] = within.get(tone, -1) + 1
-        label = f"{_mm(loop.prestress_mm)} ± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}"
+        label = said(
+            "{prestress_mm} ± {amplitude_mm} mm, {loop}",
+            prestress_mm=_mm(loop.prestress_mm),
+            amplitude_mm=_mm(loop.amplitude_mm),
+            loop=_hz(loop),
+        )
         curves.append(_curve(loop, label, tone=tone, dash=variant, among=len(loops)))
     return _over(static, loops, curves, whole=True)
 
@@ -113,7 +120,12 @@ def amplitude_loops(loops: Sequence[LoopCurve], static: LoopCurve | None) -> Plo
     ordered = sorted(loops, key=_by_condition)
     curves = [
         _curve(
-            loop, f"± {_mm(loop.amplitude_mm)} mm, {_hz(loop)}", tone=n, dash=n, marker=n, among=len(loops)
+            loop,
+            said("± {amplitude_mm} mm, {loop}", amplitude_mm=_mm(loop.amplitude_mm), loop=_hz(loop)),
+            tone=n,
+            dash=n,
+            marker=n,
+            among=len(loops),
         )
         for n, loop in enumerate(ordered)
     ]
@@ -135,7 +147,7 @@ def _over(
     """Lay curves over the quasi-static cycle, dotted as in the paper; show it ``whole`` or near the loops."""
     ranges = framed_ranges(loops)
     if static is not None:
-        envelope = _curve(static, "quasi-static", tone=BLACK, dash=_DOTTED, filled=True)
+        envelope = _curve(static, said("quasi-static"), tone=BLACK, dash=_DOTTED, filled=True)
         curves = [envelope, *curves]
         loops = [static, *loops]
     if whole:
@@ -157,7 +169,7 @@ def _less_the_first(ordered: Sequence[LoopCurve], curves: Sequence[Curve], over:
     margin = 0.1 * (max(ends) - min(ends)) or 1.0
     return Plot(
         STROKE_LABEL,
-        f"Less {_hz(ordered[0])} [kN]",
+        said("Less {ordered} [kN]", ordered=_hz(ordered[0])),
         curves=tuple(differences),
         x_range=over.x_range,
         y_range=(min(ends) - margin, max(ends) + margin),
@@ -261,8 +273,12 @@ def _tones(prestresses_mm: Iterable[float]) -> dict[float, int]:
 
 
 def _mm(value: float | None) -> str:
-    return "—" if value is None else f"{value:.3g}"
+    return "—" if value is None else said("{value}", value=numeral(f"{value:.3g}"))
 
 
 def _hz(loop: LoopCurve) -> str:
-    return "— Hz" if loop.frequency_Hz is None else f"{loop.frequency_Hz:.3g} Hz"
+    return (
+        said("— Hz")
+        if loop.frequency_Hz is None
+        else said("{frequency_hz} Hz", frequency_hz=numeral(f"{loop.frequency_Hz:.3g}"))
+    )

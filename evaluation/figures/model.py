@@ -11,6 +11,7 @@ from bufferstand.evaluation.figures.decimate import kept_samples
 from bufferstand.evaluation.figures.loops import FORCE_LABEL, STROKE_LABEL, LoopCurve, framed_ranges
 from bufferstand.evaluation.figures.plot import BLACK, Curve, Floats, Plot
 from bufferstand.evaluation.figures.timeline import ENERGY, STROKE, TEMPERATURE, Trace, time_unit
+from bufferstand.evaluation.wording import said
 
 _POINTS = 1500
 _SOLID = 0
@@ -39,8 +40,10 @@ def model_loops(pairs: Sequence[LoopPair]) -> Plot:
     """Return measured loops, black with a symbol each, under those of the model, dashed in colour."""
     curves = []
     for number, pair in enumerate(pairs):
-        curves.append(_curve(f"{pair.label}, measured", pair.measured, BLACK, _SOLID, number))
-        curves.append(_curve(f"{pair.label}, model", pair.model, number, number + 1, None))
+        curves.append(
+            _curve(said("{label}, measured", label=pair.label), pair.measured, BLACK, _SOLID, number)
+        )
+        curves.append(_curve(said("{label}, model", label=pair.label), pair.model, number, number + 1, None))
     ranges = framed_ranges([loop for pair in pairs for loop in (pair.measured, pair.model)])
     return Plot(STROKE_LABEL, FORCE_LABEL, curves=tuple(curves), height_mm=92.0, **ranges)
 
@@ -53,7 +56,7 @@ def _curve(label: str, loop: LoopCurve, tone: int, dash: int, marker: int | None
 def warming_plot(warming: Warming) -> Plot:
     """Return stroke, energy absorbed and temperatures over time, one below the other (paper, Fig. 11)."""
     unit, scale = time_unit(float(np.nanmax(warming.stroke.time_s)))
-    x_label = f"Time since the start of the run [{unit}]"
+    x_label = said("Time since the start of the run [{unit}]", unit=unit)
     x_range = (0.0, float(np.nanmax(warming.stroke.time_s)) / scale or 1.0)
 
     def panel(label: str, traces: Sequence[Trace], height_mm: float, below: Plot | None, tone: int) -> Plot:

@@ -12,10 +12,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import ScalarFormatter
 from matplotlib.transforms import blended_transform_factory
 
 from bufferstand.evaluation.figures import style
 from bufferstand.evaluation.figures.plot import Curve, Fit, Plot, Points, Window
+from bufferstand.evaluation.wording import ENGLISH, Language, said, spoken, verdict_words
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -25,12 +27,13 @@ if TYPE_CHECKING:
     Handle = Artist | ErrorbarContainer
 
 _LEGEND_ROW_MM = 4.6
+_LETTER_MM = 1.9
 # A hundredth of a point is 0.004 mm on paper; matplotlib writes six decimals, which only make files large.
 _VERTEX = re.compile(r"([ML]) (-?\d+\.?\d*) (-?\d+\.?\d*) $", re.MULTILINE)
 _BALLAST = re.compile(r"<!DOCTYPE[^>]*>\s*|<metadata>.*?</metadata>\s*", re.DOTALL)
 
 
-def draw(plot: Plot) -> str:
+def draw(plot: Plot, language: Language = ENGLISH) -> str:
     """Return the figure as SVG text, 170 mm wide, its lettering as outlines.
 
     Nothing in it depends on the date, the machine or the order of calls.
@@ -39,6 +42,8 @@ def draw(plot: Plot) -> str:
     ----------
     plot : Plot
         What to draw.
+    language : Language
+        Of its texts and of the numbers at its axes.
 
     Returns
     -------
@@ -47,7 +52,7 @@ def draw(plot: Plot) -> str:
     """
     text = io.StringIO()
     with mpl.rc_context():
-        canvas: Any = FigureCanvasSVG(_figure(plot))
+        canvas: Any = FigureCanvasSVG(_figure(spoken(plot, language), language))
         canvas.print_svg(text, metadata={"Date": None, "Creator": None})
     return _VERTEX.sub(_rounded, _BALLAST.sub("", text.getvalue()))
 
@@ -56,12 +61,12 @@ def draw_png(plot: Plot, dots_per_inch: float = 150.0) -> bytes:
     """Return the same figure as PNG, for programs and eyes that want pixels."""
     picture = io.BytesIO()
     with mpl.rc_context():
-        canvas: Any = FigureCanvasAgg(_figure(plot))
+        canvas: Any = FigureCanvasAgg(_figure(plot, ENGLISH))
         canvas.figure.savefig(picture, format="png", dpi=dots_per_inch, metadata={"Software": None})
     return picture.getvalue()
 
 
-def _figure(plot: Plot) -> Figure:
+def _figure(plot: Plot, language: Language) -> Figure:
     """Return the figure painted; the caller restores matplotlib's settings."""
     mpl.rcdefaults()
     mpl.rcParams.update(style.RC)
@@ -71,10 +76,14 @@ def _figure(plot: Plot) -> Figure:
     grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)
     by_label: dict[str, Handle] = {}
     for axes, panel in zip(grid[:, 0], panels, strict=True):
-        for handle in _paint(axes, panel):
+        for handle in _paint(axes, panel, language):
             by_label.setdefault(str(handle.get_label()), handle)
         if panel is not panels[-1]:
             axes.set_xlabel("")
+        if language.code != "en":
+            _fit_label(axes, panel)
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_formatter(_Ticks(language))
     figure.align_ylabels()
     handles = list(by_label.values())
     columns = _columns(list(by_label))
@@ -84,6 +93,25 @@ def _figure(plot: Plot) -> Figure:
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)
     return figure
+
+
+def _fit_label(axes: Axes, plot: Plot) -> None:
+    """Put the unit below what it is the unit of, where the label is longer than the axis."""
+    label = axes.get_ylabel()
+    if _LETTER_MM * len(label) > plot.height_mm:
+        axes.set_ylabel("\n[".join(label.rsplit(" [", 1)))
+
+
+class _Ticks(ScalarFormatter):
+    """Numbers at an axis as a language writes them."""
+
+    def __init__(self, language: Language) -> None:
+        super().__init__()
+        self._language = language
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the number at a tick."""
+        return self._language.numeral(super().__call__(x, pos))
 
 
 def _rounded(vertex: re.Match[str]) -> str:
@@ -98,7 +126,7 @@ def _columns(labels: list[str]) -> int:
     return max(1, min(4, len(labels), int(style.WIDTH_MM // widest_mm)))
 
 
-def _paint(axes: Axes, plot: Plot) -> list[Handle]:
+def _paint(axes: Axes, plot: Plot, language: Language) -> list[Handle]:
     axes.set_xlabel(plot.x_label)
     axes.set_ylabel(plot.y_label)
     _paint_spans(axes, plot)
@@ -113,7 +141,7 @@ def _paint(axes: Axes, plot: Plot) -> list[Handle]:
     for window in plot.windows:
         _paint_window(axes, window)
     if plot.windows:
-        handles += _window_legend(plot.windows, plot.windows_of)
+        handles += _window_legend(plot.windows, plot.windows_of, language)
     if plot.x_range is not None:
         axes.set_xlim(*plot.x_range)
     if plot.y_range is not None:
@@ -217,12 +245,18 @@ def _paint_window(axes: Axes, window: Window) -> None:
         axes.plot(at, window.measured, zorder=5, **_verdict_symbol(window.verdict))
 
 
-def _window_legend(windows: tuple[Window, ...], source: str) -> list[Handle]:
+def _window_legend(windows: tuple[Window, ...], source: str, language: Language) -> list[Handle]:
     named = f" ({source})" if source else ""
-    bar = Line2D([], [], color=style.INK, linewidth=1.6, label=f"permitted range{named}")
+    permitted = language.say(said("permitted range{named}", named=named))
+    bar = Line2D([], [], color=style.INK, linewidth=1.6, label=permitted)
     seen = dict.fromkeys(window.verdict for window in windows if window.measured)
     marks = [
-        Line2D([], [], label=f"measured: {verdict.replace('-', ' ')}", **_verdict_symbol(verdict))
+        Line2D(
+            [],
+            [],
+            label=language.say(said("measured: {verdict}", verdict=verdict_words(verdict))),
+            **_verdict_symbol(verdict),
+        )
         for verdict in seen
     ]
     return [bar, *marks]

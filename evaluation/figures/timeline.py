@@ -9,10 +9,11 @@ import numpy as np
 
 from bufferstand.evaluation.figures.decimate import kept_samples
 from bufferstand.evaluation.figures.plot import Curve, Floats, Level, Plot, Span, Stop
+from bufferstand.evaluation.wording import numeral, said
 
-TEMPERATURE = "Temperature [°C]"
-ENERGY = "Energy absorbed [kJ]"
-STROKE = "Stroke [mm]"
+TEMPERATURE = said("Temperature [°C]")
+ENERGY = said("Energy absorbed [kJ]")
+STROKE = said("Stroke [mm]")
 _TRACE_POINTS = 3000
 _MOST_STEP_LABELS = 30
 
@@ -43,7 +44,9 @@ def temperature_plot(
 
     ``energy`` [J] is drawn below them, in kJ (paper, Fig. 11).
     """
-    levels = () if stop_C is None else (Level(stop_C, f"stop at {stop_C:g} °C"),)
+    levels = (
+        () if stop_C is None else (Level(stop_C, said("stop at {stop_c} °C", stop_c=numeral(f"{stop_C:g}"))),)
+    )
     lowest, highest = _span(traces)
     tops = [highest, *(level.at for level in levels)]
     margin = 0.06 * (max(tops) - lowest) or 1.0
@@ -101,9 +104,13 @@ def _timeline(
         Span(step.start_s / scale, step.end_s / scale, step.label if number % labelled_every == 0 else "")
         for number, step in enumerate(steps)
     )
-    stops = tuple(Stop(step.end_s / scale, f"run {step.label} {step.stop}") for step in steps if step.stop)
+    stops = tuple(
+        Stop(step.end_s / scale, said("run {label} {stop}", label=step.label, stop=step.stop))
+        for step in steps
+        if step.stop
+    )
     return Plot(
-        f"Time since the start of the first step [{unit}]",
+        said("Time since the start of the first step [{unit}]", unit=unit),
         y_label,
         kind="timeline",
         curves=tuple(curves),

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.evaluation.figures.plot import Fit, Floats, Plot, Points
+from bufferstand.evaluation.wording import numeral, said
 
 LEAST_FREEDOM = 2
 """A confidence band is drawn from so many degrees of freedom on: of three points it says nothing."""
-FREQUENCY_LABEL = "Frequency of loading [Hz]"
+FREQUENCY_LABEL = said("Frequency of loading [Hz]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,5 +76,6 @@ def _fit(series: TrendSeries, tone: int) -> Fit | None:
     if series.band is not None and series.frequency_Hz.size - 2 >= LEAST_FREEDOM:
         x, lower, upper = series.band
     freedom = series.frequency_Hz.size - 2
-    label = f"linear fit, {series.slope_per_Hz:+.3g} per Hz, ν = {freedom}".replace("-", "−")
+    slope = numeral(f"{series.slope_per_Hz:+.3g}".replace("-", "−"))
+    label = said("linear fit, {slope} per Hz, ν = {freedom}", slope=slope, freedom=freedom)
     return Fit(label, x, series.intercept + series.slope_per_Hz * x, lower, upper, tone, dash=tone + 1)

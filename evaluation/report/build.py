@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.content import Block, Content, numbered
+from bufferstand.evaluation.report.content import Block, Content, in_language, numbered
 from bufferstand.evaluation.report.pictures import (
     certificate_picture,
     course_section,
@@ -55,6 +55,7 @@ from bufferstand.evaluation.report.sections import (
     with_added,
 )
 from bufferstand.evaluation.report.source import ReportSource, missing_fields, runs_text
+from bufferstand.evaluation.wording import capital, joined, said, specimen_words
 
 SECTIONS: tuple[BuildSection, ...] = with_added(
     (
@@ -110,15 +111,15 @@ def build_content(source: ReportSource) -> Content:
     built = [*(build(source) for build in SECTIONS), *appendix_sections(source)]
     certificate, sections = numbered(certificate_of(source), [one for one in built if one is not None])
     ends = [run.ended for run in source.runs if run.ended is not None]
-    return Content(
-        title="Test report: static and dynamic characteristics",
+    content = Content(
+        title=said("Test report: static and dynamic characteristics"),
         subtitle=_subtitle(source),
-        notices=(*reevaluation_notice(source), *notices_of(source)),
+        notices=every_notice(source),
         missing=missing_of(source),
         head=head(source),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
-        software=f"bufferstand {version}" if version else "bufferstand",
+        software=said("bufferstand {version}", version=version) if version else "bufferstand",
         certificate=certificate,
         detailed=source.detailed,
         mark=source.mark,
@@ -126,6 +127,7 @@ def build_content(source: ReportSource) -> Content:
         accreditation=source.accreditation,
         template=source.template,
     )
+    return in_language(content, source.language)
 
 
 def missing_of(source: ReportSource) -> tuple[str, ...]:
@@ -145,9 +147,14 @@ def certificate_of(source: ReportSource) -> tuple[Block, ...]:
 
 def _subtitle(source: ReportSource) -> str:
     specimen = source.common("specimen", "id").text
-    kind = source.common("specimen", "kind").text.replace("-", " ")
+    kind = specimen_words(source.common("specimen", "kind").text)
     known = [part for part in (kind, specimen) if part and part != "—"]
-    return f"{' '.join(known) or 'specimen not recorded'} · {source.name}"
+    return said("{what} · {name}", what=joined(" ", known) or said("specimen not recorded"), name=source.name)
+
+
+def every_notice(source: ReportSource) -> tuple[str, ...]:
+    """Return the lines at the top of a report, in English."""
+    return (*reevaluation_notice(source), *notices_of(source))
 
 
 def notices_of(source: ReportSource) -> tuple[str, ...]:
@@ -157,11 +164,19 @@ def notices_of(source: ReportSource) -> tuple[str, ...]:
     notices += spoiled_notice(source)
     if early := [run.number for run in source.runs if run.ended_early]:
         named = runs_text(early)
-        notices.append(f"{named[:1].upper()}{named[1:]} ended early; see Deviations and stopped runs.")
+        notices.append(
+            said(
+                "{named} ended early; see Deviations and stopped runs.",
+                named=capital(named),
+            )
+        )
     if others := [run.number for run in source.runs if not_as_required(run)]:
         named = runs_text(others)
         notices.append(
-            f"{named[:1].upper()}{named[1:]}: not the motion that the step required; see Warnings before "
-            "using any result of them."
+            said(
+                "{named}: not the motion that the step required; see Warnings before using any result "
+                "of them.",
+                named=capital(named),
+            )
         )
     return tuple(notices)

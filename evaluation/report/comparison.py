@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
 from bufferstand.evaluation.report.build import missing_of, notices_of
-from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, numbered
+from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, in_language, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
     ComparedFigures,
@@ -40,10 +40,11 @@ from bufferstand.evaluation.report.source import (
     Condition,
     conditions_of,
 )
+from bufferstand.evaluation.wording import joined, said, said_count
 
-_REST = (
-    "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the reports of the "
-    "campaigns; this report compares them."
+_REST = said(
+    "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the "
+    "reports of the campaigns; this report compares them."
 )
 
 
@@ -63,13 +64,16 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     whole = sides.whole
     version = (whole.document.get("software") or {}).get("version")
     compared = compared_of(conditions_of(sides))
-    specimens = [(f"Specimen {side.letter}: {side.name}", side.source) for side in sides.sides]
+    specimens = [
+        (said("Specimen {letter}: {name}", letter=side.letter, name=side.name), side.source)
+        for side in sides.sides
+    ]
     pictures = comparison_pictures(sides, compared)
     built = [
         amendment_section(whole),
         introduction_section(whole),
         *comparison_sections(sides, compared),
-        Section("figures", "Figures", tuple(pictures[1:])) if pictures[1:] else None,
+        Section("figures", said("Figures"), tuple(pictures[1:])) if pictures[1:] else None,
         identification(specimens),
         runs_section(whole),
         setup_section(whole),
@@ -90,21 +94,24 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
     first_page: tuple[Block, ...] = (_summary(sides, compared), *pictures[:1], *signatures(whole))
     certificate, sections = numbered(first_page, [one for one in built if one is not None])
     ends = [run.ended for run in whole.runs if run.ended is not None]
-    return Content(
-        title="Test report: comparison of specimens",
-        subtitle=" · ".join(f"{side.letter}: {side.name}" for side in sides.sides),
+    content = Content(
+        title=said("Test report: comparison of specimens"),
+        subtitle=joined(
+            " · ", (said("{letter}: {name}", letter=side.letter, name=side.name) for side in sides.sides)
+        ),
         notices=notices_of(whole),
         missing=missing_of(whole),
         head=head(whole),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
-        software=f"bufferstand {version}" if version else "bufferstand",
+        software=said("bufferstand {version}", version=version) if version else "bufferstand",
         certificate=certificate,
         detailed=whole.detailed,
         mark=whole.mark,
         accreditation=whole.accreditation,
         template=whole.template,
     )
+    return in_language(content, whole.language)
 
 
 def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Texts:
@@ -118,39 +125,69 @@ def _summary(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> T
         if not found:
             sentences.append(_nothing_found(side, first, conditions_of(sides), place))
             continue
-        differences = _counted(len(found), "difference")
-        steps = _counted(len({row.condition.number for row, _ in found}), "step")
-        sentence = (
-            f"{side.letter} ({side.name}) against {first.letter} ({first.name}): {differences} of {steps}, "
-            f"{len(beyond)} of them beyond their expanded uncertainty."
+        sentence = said(
+            "{letter} ({name}) against {letter_2} ({name_2}): {differences} of {steps}, {beyond} of them "
+            "beyond their expanded uncertainty.",
+            letter=side.letter,
+            name=side.name,
+            letter_2=first.letter,
+            name_2=first.name,
+            differences=said_count("{count} difference", "{count} differences", len(found)),
+            steps=_steps(len({row.condition.number for row, _ in found})),
+            beyond=len(beyond),
         )
         if beyond:
-            sentence += f" Clearest: {_clearest(beyond)}."
+            sentence += said(" Clearest: {beyond}.", beyond=_clearest(beyond))
         if len(known) < len(found):
-            sentence += f" {len(found) - len(known)} have no uncertainty to be held against."
+            sentence += said(
+                " {count_of_found} have no uncertainty to be held against.",
+                count_of_found=len(found) - len(known),
+            )
         sentences.append(sentence)
     return Texts((*sentences, _REST))
 
 
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+def _steps(number: int) -> str:
+    return said_count("{count} step", "{count} steps", number)
 
 
 def _nothing_found(
     side: ComparedSpecimen, first: ComparedSpecimen, conditions: Sequence[Condition], place: int
 ) -> str:
     """Return why a specimen differs from the first in nothing: no shared step, or none with results."""
-    named = f"{side.letter} ({side.name}) and {first.letter} ({first.name})"
+    named = said(
+        "{letter} ({name}) and {letter_2} ({name_2})",
+        letter=side.letter,
+        name=side.name,
+        letter_2=first.letter,
+        name_2=first.name,
+    )
     shared = [one for one in conditions if one.runs[0] is not None and one.runs[place] is not None]
     if shared:
-        return f"{named} cannot be compared: {_counted(len(shared), 'step')} of both gave no result of both."
+        return said(
+            "{named} cannot be compared: {steps} of both gave no result of both.",
+            named=named,
+            steps=_steps(len(shared)),
+        )
     run = next((part for whole in side.source.runs for part in whole.parts), None)
-    why = "" if run is None else f" Run {run.label}, for one: {why_unmatched(run, first)}."
-    return f"{named} cannot be compared: they share no step.{why}"
+    why = (
+        ""
+        if run is None
+        else said(" Run {label}, for one: {why}.", label=run.label, why=why_unmatched(run, first))
+    )
+    return said("{named} cannot be compared: they share no step.{why}", named=named, why=why)
 
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:
     row, apart = max(beyond, key=lambda one: abs(one[1].normalised or 0.0))
-    share = "" if apart.relative is None else f" {fixed(100.0 * apart.relative, 1)} %"
-    normalised = "" if apart.normalised is None else f" (E_n {fixed(apart.normalised, 1)})"
-    return f"{row.words} of step {row.condition.number},{share}{normalised}"
+    share = "" if apart.relative is None else said(" {relative} %", relative=fixed(100.0 * apart.relative, 1))
+    normalised = (
+        "" if apart.normalised is None else said(" (E_n {normalised})", normalised=fixed(apart.normalised, 1))
+    )
+    return said(
+        "{words} of step {number},{share}{normalised}",
+        words=row.words,
+        number=row.condition.number,
+        share=share,
+        normalised=normalised,
+    )

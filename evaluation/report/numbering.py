@@ -7,9 +7,10 @@ from pathlib import Path
 
 from bufferstand.evaluation.report.build import missing_of
 from bufferstand.evaluation.report.source import ReportSource, is_pattern, number_of_range
+from bufferstand.evaluation.wording import said
 from bufferstand.foundation.files import content_hash
 
-_OF_A_DRAFT = "given when the report is no draft any more"
+_OF_A_DRAFT = said("given when the report is no draft any more")
 
 
 def with_number(source: ReportSource) -> ReportSource:

@@ -26,6 +26,7 @@ from bufferstand.evaluation.report.source import (
     ReportFields,
     ReportSource,
     check_chosen,
+    language_for,
     read_source,
     side_by_side,
 )
@@ -174,7 +175,8 @@ def write_comparison(
     _check_sides(paths)
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
     check_chosen(sources, given.conformity)
-    sides = side_by_side(sources, given.fields or ReportFields())
+    fields = given.fields or ReportFields()
+    sides = side_by_side(sources, fields, language_for(fields, given.language))
     _check_kept(sides.whole.fields, out / "comparison-report.pdf")
     sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
@@ -243,7 +245,7 @@ def _write(
     formats: Sequence[str],
     key: SigningKey | None,
 ) -> list[Path]:
-    figures = [draw(picture.plot) for picture in content.pictures()]
+    figures = [draw(picture.plot, content.language) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there. Side by side, because the
     # typesetter works without Python's lock.
     with ThreadPoolExecutor() as pool:

@@ -10,6 +10,7 @@ import click
 from bufferstand.cli.evaluation import JudgingOptions, judging_options
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
 from bufferstand.cli.passwords import SIGN_PASSWORD, sign_password
+from bufferstand.evaluation.wording import LANGUAGES, Code
 from bufferstand.foundation import BadInput, how_to_add
 
 
@@ -55,6 +56,11 @@ from bufferstand.foundation import BadInput, how_to_add
     "--table", metavar="FILE.xlsx", type=FILE, help="Write every table, by cycle, too, as a workbook."
 )
 @click.option(
+    "--language",
+    type=click.Choice(LANGUAGES),
+    help="Language of the report (default: language in report.toml, else en).",
+)
+@click.option(
     "--sign",
     metavar="KEY.p12|pkcs11:…",
     help="Sign the PDF (PAdES) with this key: a PKCS#12 file, or a token's address (RFC 7512).",
@@ -67,6 +73,7 @@ from bufferstand.foundation import BadInput, how_to_add
 )
 @judging_options
 def command(
+    *,
     paths: tuple[Path, ...],
     out: Path | None,
     digital: Path | None,
@@ -76,6 +83,7 @@ def command(
     model: Path | None,
     annex: str,
     table: Path | None,
+    language: Code | None,
     sign: str | None,
     sign_password_file: Path | None,
     judging: JudgingOptions,
@@ -112,6 +120,7 @@ def command(
         model=model,
         conformity=judging.conformity,
         jobs=None,
+        language=language,
         detailed=annex == "full",
         earlier=None if before is None else load_evaluation(before),
     )

@@ -23,10 +23,12 @@ if TYPE_CHECKING:
         Texts,
         Tone,
         VerdictLine,
+        in_language,
         numbered,
     )
     from bufferstand.evaluation.report.content.numbers import (
         UNBROKEN,
+        day_text,
         decimals_of,
         fixed,
         limits_text,
@@ -76,8 +78,10 @@ __all__ = [
     "Tone",
     "VerdictLine",
     "Words",
+    "day_text",
     "decimals_of",
     "fixed",
+    "in_language",
     "limits_text",
     "measured_cell",
     "moment_of",

@@ -6,7 +6,7 @@ Every number is already text, rounded and with its unit; a missing one is a dash
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from hashlib import sha256
 from itertools import count
@@ -15,6 +15,7 @@ from typing import Any, Literal
 from bufferstand.evaluation.figures import Plot
 from bufferstand.evaluation.report.content.own_template import OwnTemplate
 from bufferstand.evaluation.report.content.prose import Image, Prose
+from bufferstand.evaluation.wording import ENGLISH, Language, spoken
 from bufferstand.foundation.files import content_hash
 
 _JUDGED = frozenset({"good", "bad", "open"})
@@ -195,6 +196,8 @@ class Content:
     accreditation: Image | None = None
     template: OwnTemplate | None = None
     """What the laboratory puts in the place of blocks of the shipped templates."""
+    language: Language = field(default=ENGLISH, metadata={"said": False})
+    """In which it is written; its texts are in the hash, and so this need not be."""
 
     def __post_init__(self) -> None:
         anchors = [section.id for section in self.sections]
@@ -258,6 +261,13 @@ class Content:
             "ended": self.ended,
             "software": self.software,
         }
+
+
+def in_language(content: Content, language: Language) -> Content:
+    """Return a report's content with every text, number and time as a language has them."""
+    if language.is_plain:
+        return content
+    return replace(spoken(content, language), language=language)
 
 
 def numbered(

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import math
-from datetime import datetime
+from datetime import date, datetime
 
 from bufferstand.evaluation.catalogue import QUANTITIES, Rounding
 from bufferstand.evaluation.report.content.content import DASH, Cell
+from bufferstand.evaluation.wording import day, moment, numeral
 
 _ROUNDINGS = {entry.name: entry.rounding for entry in QUANTITIES} | {"temperature_C": Rounding(1)}
 _SIGNIFICANT = 4
 _MOST_DECIMALS = 3
 _MINUS = "−"
-_NUMBER = r"[−+]?[0-9]+(?:[.,][0-9]+)?"
+_NUMBER = "[−+]?[0-9][0-9\u202f]*(?:[.,][0-9]+)?"
 _UNIT = r"(?:kN/mm|mm/s|km/h|kN|mm|°C|K|Hz|kJ|J|kg|ms|min|s|h|t)\b"
+_NAMED = (
+    r"EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|k =|ν =|"
+    r"Lauf|Läufen?|Zyklus|Zyklen|Bild|"
+    r"[Bb]ěh[yu]?|[Cc]ykl(?:us|u|y|ů|ech)|[Oo]br\.|[Ee]ssais?|figure"
+)
+"""Words that a number belongs to, in the languages of a report."""
 UNBROKEN = (
-    rf"(?:EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|k =|ν =) {_NUMBER}|"
+    rf"(?:{_NAMED}) {_NUMBER}|"
     r"--[a-z][a-z-]*|"
     rf"{_NUMBER}(?: [±…] {_NUMBER})+(?: {_UNIT}| %)?|{_NUMBER}(?: {_UNIT}| %)"
 )
@@ -27,16 +34,16 @@ def fixed(value: float, decimals: int) -> str:
     text = f"{value:.{decimals}f}"
     if text.startswith("-"):
         text = _MINUS + text[1:] if float(text) != 0.0 else text[1:]
-    return text
+    return numeral(text)
 
 
 def significant(value: float, digits: int = _SIGNIFICANT) -> str:
     """Return a number with so many significant digits, never in exponent form above 1e-6."""
     if value == 0.0:
-        return "0"
+        return numeral("0")
     decimals = digits - 1 - math.floor(math.log10(abs(value)))
     text = fixed(round(value, decimals), max(0, decimals))
-    return text.rstrip("0").rstrip(".") if "." in text else text
+    return numeral(text.rstrip("0").rstrip(".")) if "." in text else text
 
 
 def with_uncertainty(value: float, expanded: float) -> str:
@@ -45,7 +52,7 @@ def with_uncertainty(value: float, expanded: float) -> str:
         return significant(value)
     decimals = decimals_of(expanded)
     value, expanded = round(value, decimals), round(expanded, decimals)
-    return f"{fixed(value, max(0, decimals))} ± {fixed(expanded, max(0, decimals))}"
+    return numeral(f"{fixed(value, max(0, decimals))} ± {fixed(expanded, max(0, decimals))}")
 
 
 def decimals_of(expanded: float) -> int:
@@ -58,7 +65,7 @@ def decimals_of(expanded: float) -> int:
 def span_text(low: float, high: float, expanded: float | None) -> str:
     """Return ``low … high``, or one of them where both print alike; to the place of U where it is known."""
     texts = dict.fromkeys(value_text(end, expanded).partition(" ±")[0] for end in (low, high))
-    return " … ".join(texts)
+    return numeral(" … ".join(texts))
 
 
 def usable(value: object) -> float | None:
@@ -109,27 +116,33 @@ def limits_text(lower: object, upper: object) -> str:
     """Return ``10 … 50``, ``≥ 12 500``, ``≤ 50`` or a dash where a requirement has no numbers."""
     low, high = usable(lower), usable(upper)
     if low is not None and high is not None:
-        return f"{significant(low)} … {significant(high)}"
+        return numeral(f"{significant(low)} … {significant(high)}")
     if low is not None:
-        return f"≥ {significant(low)}"
-    return DASH if high is None else f"≤ {significant(high)}"
+        return numeral(f"≥ {significant(low)}")
+    return DASH if high is None else numeral(f"≤ {significant(high)}")
 
 
 def probability_text(value: float) -> str:
     """Return a conformance probability in per cent, never rounded to certainty."""
     if value > 0.999:
-        return "> 99.9 %"
-    return "< 0.1 %" if value < 0.001 else f"{100.0 * value:.1f} %"
+        return numeral("> 99.9 %")
+    return numeral("< 0.1 %" if value < 0.001 else f"{100.0 * value:.1f} %")
 
 
 def moment_text(value: object) -> str | None:
     """Return an ISO 8601 moment as ``2026-03-05 14:02:11 UTC``, or None if it is none."""
-    moment = moment_of(value)
-    if moment is None:
-        return None
-    zone = moment.strftime("%z")
-    shown = "UTC" if zone in {"", "+0000"} else f"UTC{zone[:3]}:{zone[3:]}"
-    return f"{moment:%Y-%m-%d %H:%M:%S} {shown}"
+    at = moment_of(value)
+    return None if at is None else moment(at)
+
+
+def day_text(value: object) -> str:
+    """Return a day of ISO 8601 as one that a language can say; another text as it is, empty for None."""
+    text = str(value or "")
+    try:
+        at = date.fromisoformat(text)
+    except ValueError:
+        return text
+    return day(at) if at.isoformat() == text else text
 
 
 def moment_of(value: object) -> datetime | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 Mark = Literal["strong", "emphasis", "code"]
 ProseKind = Literal[
@@ -72,6 +72,8 @@ class ProsePart:
 class Prose:
     """A text of the laboratory's own, part by part."""
 
+    as_given: ClassVar[bool] = True
+    """No language changes its words, but those that are the program's."""
     parts: tuple[ProsePart, ...]
 
     def images(self) -> Iterator[Image]:

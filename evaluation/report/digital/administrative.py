@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from bufferstand.evaluation.report.build import every_notice, missing_of
 from bufferstand.evaluation.report.content import Content
 from bufferstand.evaluation.report.digital.elements import (
     LANGUAGE,
@@ -55,7 +56,8 @@ def add_administrative(parent: ET.Element, source: ReportSource, content: Conten
     )
     _add_persons(add(data, "respPersons"), source)
     _add_contact(add(data, "customer"), customer(source), (fields.customer_address,), None)
-    add_statements(data, source, content.notices, (*content.missing, *lacking(source)))
+    # Those of the content are in the report's language; the texts of this file are in one, English.
+    add_statements(data, source, every_notice(source), (*missing_of(source), *lacking(source)))
 
 
 def lacking(source: ReportSource) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections import ComparedFigures, shown_loop, start_C
 from bufferstand.evaluation.report.source import ComparedSpecimens, Condition, ReportRun
+from bufferstand.evaluation.wording import joined, said
 
 MOST_LOOP_FIGURES = 8
 
@@ -59,7 +60,11 @@ def _changes_picture(
             (
                 Cell(row.words),
                 Cell(str(row.condition.number), "number"),
-                Cell(f"{fixed(float(value), 2)}" + (f" ± {fixed(float(u), 2)}" if u > 0.0 else ""), "number"),
+                Cell(
+                    said("{value}", value=fixed(float(value), 2))
+                    + (said(" ± {u}", u=fixed(float(u), 2)) if u > 0.0 else ""),
+                    "number",
+                ),
             )
             for (row, _), value, u in zip(found, change, U, strict=True)
         ]
@@ -67,13 +72,20 @@ def _changes_picture(
         return None
     letters = [sides.sides[n].letter for n in (place, 0)]
     return Picture(
-        caption=f"Differences of {letters[0]} to {letters[1]} in % of {letters[1]}, step by step. Bars: "
-        "expanded uncertainty (k = 2) of the difference; where a bar reaches 0, nothing tells the two apart.",
-        alt=f"Differences of {len(series)} quantities over the steps; the numbers are tabulated.",
+        caption=said(
+            "Differences of {letters} to {letters_2} in % of {letters_2}, step by step. Bars: expanded "
+            "uncertainty (k = 2) of the difference; where a bar reaches 0, nothing tells the two apart.",
+            letters=letters[0],
+            letters_2=letters[1],
+        ),
+        alt=said(
+            "Differences of {count_of_series} quantities over the steps; the numbers are tabulated.",
+            count_of_series=len(series),
+        ),
         plot=changes_plot(series, max(row.condition.number for row in compared)),
         numbers=Table(
-            f"Differences of {letters[0]} to {letters[1]}",
-            (Column("Quantity"), Column("Step"), Column("Change ± U", "%")),
+            said("Differences of {letters} to {letters_2}", letters=letters[0], letters_2=letters[1]),
+            (Column(said("Quantity")), Column(said("Step")), Column(said("Change ± U"), "%")),
             tuple(rows),
         ),
     )
@@ -89,29 +101,43 @@ def _loops_picture(sides: ComparedSpecimens, condition: Condition, conditions: i
         loops.append(loop)
         warm = start_C(run)
         labels.append(
-            f"{side.letter} (run {run.label}" + ("" if warm is None else f", {fixed(warm, 1)} °C") + ")"
+            said("{letter} (run {label}", letter=side.letter, label=run.label)
+            + ("" if warm is None else said(", {warm} °C", warm=fixed(warm, 1)))
+            + ")"
         )
         rows.append(_numbers(side.letter, run, loop))
     if len(loops) < 2:
         return None
     more = (
-        f" Loops of the first {MOST_LOOP_FIGURES} of {conditions} steps are drawn; the tables hold all."
+        said(
+            " Loops of the first {most_loop_figures} of {conditions} steps are drawn; the tables hold all.",
+            most_loop_figures=MOST_LOOP_FIGURES,
+            conditions=conditions,
+        )
         if condition.number == 1 and conditions > MOST_LOOP_FIGURES
         else ""
     )
     return Picture(
-        caption=f"Step {condition.number}, {condition.words}: loops of {len(loops)} specimens.{more}",
-        alt=f"Force–stroke loops of one step: {', '.join(labels)}; the numbers are tabulated.",
+        caption=said(
+            "Step {number}, {words}: loops of {count_of_loops} specimens.{more}",
+            number=condition.number,
+            words=condition.words,
+            count_of_loops=len(loops),
+            more=more,
+        ),
+        alt=said(
+            "Force–stroke loops of one step: {list}; the numbers are tabulated.", list=joined(", ", labels)
+        ),
         plot=labelled_loops(loops, labels),
         numbers=Table(
-            "The cycles drawn",
+            said("The cycles drawn"),
             (
-                Column("Of"),
-                Column("Run"),
-                Column("Cycle"),
-                Column("End stroke", "mm"),
-                Column("Force max.", "kN"),
-                Column("Damping Wₐ/Wₛ", "–"),
+                Column(said("Of")),
+                Column(said("Run")),
+                Column(said("Cycle")),
+                Column(said("End stroke"), "mm"),
+                Column(said("Force max."), "kN"),
+                Column(said("Damping Wₐ/Wₛ"), "–"),
             ),
             tuple(rows),
         ),
@@ -126,5 +152,5 @@ def _numbers(letter: str, run: ReportRun, loop: LoopCurve) -> tuple[Cell, ...]:
         Cell(str(loop.cycle), "number"),
         quantity_cell("stroke_max_mm", float(np.nanmax(loop.stroke_mm)), ""),
         Cell(significant(float(np.nanmax(loop.force_kN))), "number"),
-        quantity_cell("damping", cycle.get("damping"), "not to be had of this cycle"),
+        quantity_cell("damping", cycle.get("damping"), said("not to be had of this cycle")),
     )

@@ -45,6 +45,7 @@ from bufferstand.evaluation.report.sections import (
     worst,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, at_strokes, loop_of, runs_text
+from bufferstand.evaluation.wording import joined, kind_words, numeral, said, said_count, verdict_words
 
 _FIRST_PAGE_MM = 62.0
 """Height of the figure on the first page."""
@@ -87,16 +88,18 @@ def figures_section(source: ReportSource) -> Section | None:
         *(() if _of_one_run(source) else temperature_pictures(source)),
     ]
     if pictures:
-        return Section("figures", "Figures", tuple(pictures))
+        return Section("figures", said("Figures"), tuple(pictures))
     if any(run.record is not None for run in source.runs):
         return None
-    return Section("figures", "Figures", (Texts(("No run holds samples that could be drawn.",)),))
+    return Section("figures", said("Figures"), (Texts((said("No run holds samples that could be drawn."),)),))
 
 
 def course_section(source: ReportSource) -> Section | None:
     """Return the stroke over the campaign, for the annex; with the temperatures where it is one run's."""
     pictures = [*(temperature_pictures(source) if _of_one_run(source) else ()), *stroke_pictures(source)]
-    return Section("course", "Course of the campaign", tuple(pictures), annex=True) if pictures else None
+    return (
+        Section("course", said("Course of the campaign"), tuple(pictures), annex=True) if pictures else None
+    )
 
 
 def _of_one_run(source: ReportSource) -> bool:
@@ -123,14 +126,32 @@ def _static_picture(run: ReportRun, height_mm: float = STATIC_MM, *, legend: boo
     if not loops:
         return None
     windows = _windows(run)
-    limits = f" with the permitted ranges of {_source_of_windows(run)}" if windows else ""
+    limits = said(" with the permitted ranges of {run}", run=_source_of_windows(run)) if windows else ""
     top = max(loops, key=lambda loop: float(np.nanmax(loop.stroke_mm)))
     force, stroke = (fixed(float(np.nanmax(v)), 1) for v in (top.force_kN, top.stroke_mm))
-    count = f"{len(loops)} cycle{'s' if len(loops) > 1 else ''}"
+    count = said_count("{count} cycle", "{count} cycles", len(loops))
     return Picture(
-        caption=f"Force over stroke of {count} of run {run.number} ({run.kind}){limits}.",
-        alt=f"{len(loops)} force–stroke loops of run {run.number}, up to {force} kN at {stroke} mm. "
-        + " ".join(f"At {w.at:g} mm: {w.verdict.replace('-', ' ')}." for w in windows),
+        caption=said(
+            "Force over stroke of {count} of run {number} ({kind}){limits}.",
+            count=count,
+            number=run.number,
+            kind=kind_words(run.kind),
+            limits=limits,
+        ),
+        alt=said(
+            "{count_of_loops} force–stroke loops of run {number}, up to {force} kN at {stroke} mm. ",
+            count_of_loops=len(loops),
+            number=run.number,
+            force=force,
+            stroke=stroke,
+        )
+        + joined(
+            " ",
+            (
+                said("At {at} mm: {what}.", at=numeral(f"{w.at:g}"), what=verdict_words(w.verdict))
+                for w in windows
+            ),
+        ),
         plot=static_loops(loops, windows, _source_of_windows(run) if legend else "", height_mm=height_mm),
         numbers=_levels_table(loops),
     )
@@ -139,11 +160,11 @@ def _static_picture(run: ReportRun, height_mm: float = STATIC_MM, *, legend: boo
 def _source_of_windows(run: ReportRun) -> str:
     """Return standard and clause, or the source, that the force windows are from."""
     sources = dict.fromkeys(
-        ", ".join(str(part) for part in (r["standard"], r.get("clause") or r.get("source")) if part)
+        joined(", ", (str(part) for part in (r["standard"], r.get("clause") or r.get("source")) if part))
         for r in run.requirements
         if usable(r.get("stroke_mm")) is not None
     )
-    return "; ".join(sources)
+    return joined("; ", sources)
 
 
 def _windows(run: ReportRun) -> list[Window]:
@@ -166,9 +187,14 @@ def _windows(run: ReportRun) -> list[Window]:
             if (value := usable(requirement.get("measured"))) is not None
         )
         verdict = worst([str(requirement["verdict"]) for requirement in requirements])
-        label = f"{'preload ' if at == 0.0 else ''}{lower:g}–{upper:g}"
+        label = said(
+            "{preload}{lower}–{upper}",
+            preload=said("preload") + " " if at == 0.0 else "",
+            lower=numeral(f"{lower:g}"),
+            upper=numeral(f"{upper:g}"),
+        )
         if not measured:
-            label += f"\n{verdict.replace('-', ' ')}"
+            label += "\n" + verdict_words(verdict)
         windows.append(Window(at, lower, upper, measured, verdict, label))
     return windows
 
@@ -180,21 +206,21 @@ def _levels_table(loops: Sequence[LoopCurve]) -> Table:
     read = [at_strokes(loop, levels) for loop in loops]
     rows = []
     for number, level in enumerate(levels):
-        cells = [Cell(f"{level:g}", "number")]
+        cells = [Cell(numeral(f"{level:g}"), "number")]
         for forces in read:
             for force in forces[number]:
                 missing = Cell(
-                    DASH, "missing", "the cycle does not reach this stroke, or samples are missing"
+                    DASH, "missing", said("the cycle does not reach this stroke, or samples are missing")
                 )
                 cells.append(missing if force is None else Cell(fixed(force, 1), "number"))
         rows.append(tuple(cells))
-    columns = [Column("Stroke", "mm")]
+    columns = [Column(said("Stroke"), "mm")]
     for loop in loops:
         columns += [
-            Column(f"Cycle {loop.cycle} loading", "kN"),
-            Column(f"Cycle {loop.cycle} unloading", "kN"),
+            Column(said("Cycle {cycle} loading", cycle=loop.cycle), "kN"),
+            Column(said("Cycle {cycle} unloading", cycle=loop.cycle), "kN"),
         ]
-    return Table("Force at round strokes", tuple(columns), tuple(rows))
+    return Table(said("Force at round strokes"), tuple(columns), tuple(rows))
 
 
 def _dynamic_pictures(source: ReportSource) -> list[Picture]:
@@ -211,7 +237,7 @@ def _dynamic_pictures(source: ReportSource) -> list[Picture]:
     pictures = [
         _loops_picture(
             list(shown.values()),
-            f"Dynamic loops of {runs_text(shown)}{over}.",
+            said("Dynamic loops of {runs}{over}.", runs=runs_text(shown), over=over),
             dynamic_loops([loop for _, _, loop in shown.values()], static),
         )
     ]
@@ -223,15 +249,22 @@ def _dynamic_pictures(source: ReportSource) -> list[Picture]:
                 continue
             chosen = [shown[number] for number in numbers]
             loops = [loop for _, _, loop in chosen]
-            over_static = f",{over}" if over else ""
+            over_static = said(",{over}", over=over) if over else ""
             if varies:
-                caption = (
-                    f"Loops at constant prestress and several amplitudes, {_conditions(trend)}{over_static}."
+                caption = said(
+                    "Loops at constant prestress and several amplitudes, {trend}{over_static}.",
+                    trend=_conditions(trend),
+                    over_static=over_static,
                 )
                 pictures.append(_loops_picture(chosen, caption, amplitude_loops(loops, static)))
             else:
-                constant = "constant prestress and amplitude and several frequencies"
-                caption = f"Loops at {constant}, {_conditions(trend)}{over_static}."
+                constant = said("constant prestress and amplitude and several frequencies")
+                caption = said(
+                    "Loops at {constant}, {trend}{over_static}.",
+                    constant=constant,
+                    trend=_conditions(trend),
+                    over_static=over_static,
+                )
                 pictures.append(_loops_picture(chosen, caption, frequency_loops(loops, static)))
     return pictures
 
@@ -247,13 +280,24 @@ def _temperature_pictures(source: ReportSource) -> list[Picture]:
             loop = None if run is None or cycle is None else loop_of(run, cycle)
             if run is not None and loop is not None:
                 loops.append(loop)
-                labels.append(f"{fixed(entry['temperature_C'], 1)} °C (run {run.number})")
+                labels.append(
+                    said(
+                        "{temperature_c} °C (run {number})",
+                        temperature_c=fixed(entry["temperature_C"], 1),
+                        number=run.number,
+                    )
+                )
         if len(loops) < 2:
             continue
         pictures.append(
             Picture(
-                caption=f"Force over stroke of the same step at {len(loops)} temperatures of the specimen.",
-                alt=f"Force–stroke loops at {', '.join(labels)}; the numbers are tabulated.",
+                caption=said(
+                    "Force over stroke of the same step at {count_of_loops} temperatures of the specimen.",
+                    count_of_loops=len(loops),
+                ),
+                alt=said(
+                    "Force–stroke loops at {list}; the numbers are tabulated.", list=joined(", ", labels)
+                ),
                 plot=labelled_loops(loops, labels),
                 numbers=as_recorded(source, comparison),
             )
@@ -263,8 +307,16 @@ def _temperature_pictures(source: ReportSource) -> list[Picture]:
 
 def _conditions(trend: Mapping[str, Any]) -> str:
     prestress, amplitude = usable(trend.get("prestress_mm")), usable(trend.get("amplitude_mm"))
-    text = "prestress unknown" if prestress is None else f"prestress {significant(prestress, 3)} mm"
-    return text if amplitude is None else f"{text}, amplitude {significant(amplitude, 3)} mm"
+    text = (
+        said("prestress unknown")
+        if prestress is None
+        else said("prestress {prestress} mm", prestress=significant(prestress, 3))
+    )
+    return (
+        text
+        if amplitude is None
+        else said("{text}, amplitude {amplitude} mm", text=text, amplitude=significant(amplitude, 3))
+    )
 
 
 def _static_loop(source: ReportSource) -> tuple[LoopCurve | None, str]:
@@ -273,7 +325,11 @@ def _static_loop(source: ReportSource) -> tuple[LoopCurve | None, str]:
         cycle = run.shown_cycle() if run.kind == "static" else None
         loop = loop_of(run, cycle) if cycle is not None else None
         if loop is not None:
-            return loop, f" over the quasi-static cycle {loop.cycle} of run {run.number} (dotted)"
+            return loop, said(
+                " over the quasi-static cycle {cycle} of run {number} (dotted)",
+                cycle=loop.cycle,
+                number=run.number,
+            )
     return None, ""
 
 
@@ -286,14 +342,18 @@ def _loops_picture(
         rows.append((*cycle_head(run, cycle), *(value_cell(entry, cycle) for entry in _LOOP_COLUMNS)))
     return Picture(
         caption=caption,
-        alt=f"{len(chosen)} force–stroke loops, up to {fixed(highest, 1)} kN; the numbers are tabulated.",
+        alt=said(
+            "{count_of_chosen} force–stroke loops, up to {highest} kN; the numbers are tabulated.",
+            count_of_chosen=len(chosen),
+            highest=fixed(highest, 1),
+        ),
         plot=plot,
         numbers=Table(
-            "The cycles drawn",
+            said("The cycles drawn"),
             (
-                Column("Run"),
-                Column("Cycle"),
-                Column("State"),
+                Column(said("Run")),
+                Column(said("Cycle")),
+                Column(said("State")),
                 *columns(_LOOP_COLUMNS),
             ),
             tuple(rows),

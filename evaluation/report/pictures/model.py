@@ -28,6 +28,7 @@ from bufferstand.evaluation.report.content import (
     usable,
 )
 from bufferstand.evaluation.report.source import ModelAnswer, ReportRun, loop_of, runs_text
+from bufferstand.evaluation.wording import said
 
 _WARM_K = 3.0
 """A run whose spring warms by more is shown over time, and with its first and last loop."""
@@ -35,9 +36,9 @@ _MOST_LOOPS = 4
 _SAME_PRESTRESS_MM = 2.0
 _HISTORY_ROWS = 12
 _MOTION = (
-    ("prestress_mm", "Prestress", "mm"),
-    ("amplitude_mm", "Amplitude", "mm"),
-    ("frequency_Hz", "Frequency", "Hz"),
+    ("prestress_mm", said("Prestress"), "mm"),
+    ("amplitude_mm", said("Amplitude"), "mm"),
+    ("frequency_Hz", said("Frequency"), "Hz"),
 )
 
 
@@ -49,12 +50,14 @@ def model_pictures(runs: Sequence[ReportRun], given: ModelAnswer) -> list[Pictur
         pair for run in shown if run.kind == "static" and (pair := _pair(run, given, run.shown_cycle()))
     ]
     if static:
-        pictures.append(_loops_picture(static[:_MOST_LOOPS], "Quasi-static loops", given))
+        pictures.append(_loops_picture(static[:_MOST_LOOPS], said("Quasi-static loops"), given))
     for group in _by_prestress([run for run in shown if run.kind == "harmonic"]):
         pairs = [pair for run in group if (pair := _pair(run, given, run.shown_cycle()))]
         if pairs:
             mean = significant(pairs[0][1].measured.prestress_mm or 0.0, 3)
-            pictures.append(_loops_picture(_spread(pairs), f"Loops at prestress {mean} mm", given))
+            pictures.append(
+                _loops_picture(_spread(pairs), said("Loops at prestress {mean} mm", mean=mean), given)
+            )
     warmest = max(shown, key=lambda run: _rise_K(given.checks[run.number]))
     if _rise_K(given.checks[warmest.number]) > _WARM_K:
         pictures += _warming_pictures(warmest, given)
@@ -80,7 +83,9 @@ def _pair(
         measured.run, measured.cycle, check.drive.stroke_mm[inside], check.answer.force_kN[inside]
     )
     frequency = usable(cycle.get("frequency_Hz"))
-    shown = f"run {run.number}" + ("" if frequency is None else f", {significant(frequency, 3)} Hz")
+    shown = said("run {number}", number=run.number) + (
+        "" if frequency is None else said(", {frequency} Hz", frequency=significant(frequency, 3))
+    )
     return run, LoopPair(label or shown, measured, modelled), cycle
 
 
@@ -117,15 +122,24 @@ def _rise_K(check: RunCheck) -> float:  # noqa: N802 - the unit's own letter
 def _loops_picture(pairs: Sequence[_Pair], words: str, given: ModelAnswer) -> Picture:
     numbers = runs_text(dict.fromkeys(run.number for run, _, _ in pairs))
     return Picture(
-        caption=f"{words} of {numbers}, measured (thin, black) and by the model {given.model.name} (dashed).",
-        alt=f"{len(pairs)} measured force–stroke loops with those of the model; the numbers are tabulated.",
+        caption=said(
+            "{words} of {numbers}, measured (thin, black) and by the model {name} (dashed).",
+            words=words,
+            numbers=numbers,
+            name=given.model.name,
+        ),
+        alt=said(
+            "{count_of_pairs} measured force–stroke loops with those of the model; the numbers are "
+            "tabulated.",
+            count_of_pairs=len(pairs),
+        ),
         plot=model_loops([pair for _, pair, _ in pairs]),
         numbers=_pairs_table(pairs),
     )
 
 
 def _pairs_table(pairs: Sequence[_Pair]) -> Table:
-    why = "not to be had of this cycle"
+    why = said("not to be had of this cycle")
     rows = []
     for run, pair, cycle in pairs:
         loops = (pair.measured, pair.model)
@@ -135,18 +149,20 @@ def _pairs_table(pairs: Sequence[_Pair]) -> Table:
         head = (Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"))
         rows.append((*head, *motion, *tops, *areas))
     return Table(
-        "The cycles drawn",
+        said("The cycles drawn"),
         (
-            Column("Run"),
-            Column("Cycle"),
+            Column(said("Run")),
+            Column(said("Cycle")),
             *(Column(title, unit) for _, title, unit in _MOTION),
-            Column("Top force compared, measured", "kN"),
-            Column("Top force compared, model", "kN"),
-            Column("Loop area measured", "J"),
-            Column("Loop area model", "J"),
+            Column(said("Top force compared, measured"), "kN"),
+            Column(said("Top force compared, model"), "kN"),
+            Column(said("Loop area measured"), "J"),
+            Column(said("Loop area model"), "J"),
         ),
         tuple(rows),
-        note="Areas are those of the curves as drawn; the energies of the evaluation stand under Cycles.",
+        note=said(
+            "Areas are those of the curves as drawn; the energies of the evaluation stand under Cycles."
+        ),
     )
 
 
@@ -164,10 +180,12 @@ def _warming_pictures(run: ReportRun, given: ModelAnswer) -> list[Picture]:
     pairs = []
     for cycle in (complete[0], complete[-1])[: len(complete)]:
         warm = np.interp(float(cycle["start_s"]), check.drive.time_s, check.answer.temperature_C)
-        label = f"cycle {cycle['index']}, spring {fixed(float(warm), 1)} °C"
+        label = said("cycle {index}, spring {warm} °C", index=cycle["index"], warm=fixed(float(warm), 1))
         if pair := _pair(run, given, cycle, label):
             pairs.append(pair)
-    loops = [_loops_picture(pairs, "First and last loop of a spring that warms up", given)] if pairs else []
+    loops = (
+        [_loops_picture(pairs, said("First and last loop of a spring that warms up"), given)] if pairs else []
+    )
     return [*loops, _history(run, given, complete)]
 
 
@@ -181,21 +199,33 @@ def _history(run: ReportRun, given: ModelAnswer, complete: Sequence[Mapping[str,
     measured = np.cumsum([float(c["absorbed_energy_J"]) for c in complete])
     modelled = np.cumsum(np.interp(ends, drive.time_s, work) - np.interp(starts, drive.time_s, work))
     temperatures = [
-        Trace("spring, model", drive.time_s, answer.temperature_C),
-        Trace("sensor, model", drive.time_s, answer.sensor_C),
+        Trace(said("spring, model"), drive.time_s, answer.temperature_C),
+        Trace(said("sensor, model"), drive.time_s, answer.sensor_C),
     ]
     if drive.sensor_C.size:
-        temperatures.append(Trace("sensor, measured", drive.sensor_s, drive.sensor_C))
+        temperatures.append(Trace(said("sensor, measured"), drive.sensor_s, drive.sensor_C))
     assert run.record is not None
     first, last = (fixed(float(answer.temperature_C[n]), 1) for n in (0, -1))
     return Picture(
-        caption=f"Stroke, energy absorbed by complete cycles, and temperature over time of run {run.number}, "
-        f"measured and by the model {given.model.name}.",
-        alt=f"Run {run.number} over time; the model's spring warms from {first} to {last} °C.",
+        caption=said(
+            "Stroke, energy absorbed by complete cycles, and temperature over time of run {number}, "
+            "measured and by the model {name}.",
+            number=run.number,
+            name=given.model.name,
+        ),
+        alt=said(
+            "Run {number} over time; the model's spring warms from {first} to {last} °C.",
+            number=run.number,
+            first=first,
+            last=last,
+        ),
         plot=warming_plot(
             Warming(
-                Trace("stroke", run.record.time_s, run.record.stroke_mm),
-                [Trace("absorbed, measured", ends, measured), Trace("absorbed, model", ends, modelled)],
+                Trace(said("stroke"), run.record.time_s, run.record.stroke_mm),
+                [
+                    Trace(said("absorbed, measured"), ends, measured),
+                    Trace(said("absorbed, model"), ends, modelled),
+                ],
                 temperatures,
             )
         ),
@@ -215,19 +245,19 @@ def _history_table(end_s: Floats, energies_J: tuple[Floats, Floats], check: RunC
             (
                 Cell(fixed(at, 1), "number"),
                 *(Cell(fixed(float(energy[n]) / 1000.0, 2), "number") for energy in energies_J),
-                quantity_cell("temperature_C", sensor, "the run has no sensor on the specimen"),
+                quantity_cell("temperature_C", sensor, said("the run has no sensor on the specimen")),
                 *(quantity_cell("temperature_C", value, "") for value in by_model),
             )
         )
     return Table(
-        "Energy and temperature at the ends of cycles",
+        said("Energy and temperature at the ends of cycles"),
         (
-            Column("Time", "s"),
-            Column("Absorbed, measured", "kJ"),
-            Column("Absorbed, model", "kJ"),
-            Column("Sensor, measured", "°C"),
-            Column("Sensor, model", "°C"),
-            Column("Spring, model", "°C"),
+            Column(said("Time"), "s"),
+            Column(said("Absorbed, measured"), "kJ"),
+            Column(said("Absorbed, model"), "kJ"),
+            Column(said("Sensor, measured"), "°C"),
+            Column(said("Sensor, model"), "°C"),
+            Column(said("Spring, model"), "°C"),
         ),
         tuple(rows),
     )

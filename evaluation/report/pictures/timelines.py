@@ -25,6 +25,7 @@ from bufferstand.evaluation.report.source import (
     stroke_trace,
     temperature_traces,
 )
+from bufferstand.evaluation.wording import joined, numeral, said, status_words
 from bufferstand.foundation import duration_text
 
 
@@ -39,12 +40,21 @@ def temperature_pictures(source: ReportSource) -> list[Picture]:
         return []
     limits = [run.temperature_stop_C for run in source.runs]
     known = sorted({limit for limit in limits if limit is not None})
-    limit_text = f", limit {known[0]:g} °C" if known else ", no temperature limit on record"
+    limit_text = (
+        said(", limit {known} °C", known=numeral(f"{known[0]:g}"))
+        if known
+        else said(", no temperature limit on record")
+    )
     energy = energy_trace(source.runs, clock)
-    of_energy = "" if energy is None else "; below, the energy that the complete cycles absorbed"
+    of_energy = "" if energy is None else said("; below, the energy that the complete cycles absorbed")
     return [
         Picture(
-            caption=f"Temperatures over the campaign{limit_text}{of_energy}. {_note(clock)}",
+            caption=said(
+                "Temperatures over the campaign{limit_text}{of_energy}. {clock}",
+                limit_text=limit_text,
+                of_energy=of_energy,
+                clock=_note(clock),
+            ),
             alt=_temperature_words(traces, known[0] if known else None),
             plot=temperature_plot(traces, steps, known[0] if known else None, energy),
             numbers=_temperature_table(source),
@@ -62,8 +72,12 @@ def stroke_pictures(source: ReportSource) -> list[Picture]:
     highest = fixed(float(np.nanmax(trace.value)), 1)
     return [
         Picture(
-            caption=f"Stroke over the campaign. {_note(clock)}",
-            alt=f"Stroke of {len(source.runs)} runs over time, up to {highest} mm.",
+            caption=said("Stroke over the campaign. {clock}", clock=_note(clock)),
+            alt=said(
+                "Stroke of {count_of_runs} runs over time, up to {highest} mm.",
+                count_of_runs=len(source.runs),
+                highest=highest,
+            ),
             plot=stroke_plot([trace], steps),
             numbers=_stroke_table(source, steps),
         )
@@ -78,16 +92,17 @@ def _placed(source: ReportSource) -> tuple[CampaignClock, list[TimelineStep]] | 
 
 
 def _note(clock: CampaignClock) -> str:
-    return f"Runs are shaded and numbered. {clock.note}".strip()
+    shaded = said("Runs are shaded and numbered.")
+    return said("{shaded} {note}", shaded=shaded, note=clock.note) if clock.note else shaded
 
 
 def _temperature_words(traces: list[Trace], limit_C: float | None) -> str:
     parts = []
     for trace in traces:
         low, high = (fixed(float(end(trace.value)), 1) for end in (np.nanmin, np.nanmax))
-        parts.append(f"{trace.label}: {low} to {high} °C")
-    limit = "" if limit_C is None else f"; the limit is {limit_C:g} °C"
-    return f"Temperature over time. {'; '.join(parts)}{limit}."
+        parts.append(said("{label}: {low} to {high} °C", label=trace.label, low=low, high=high))
+    limit = "" if limit_C is None else said("; the limit is {limit_c} °C", limit_c=numeral(f"{limit_C:g}"))
+    return said("Temperature over time. {list}{limit}.", list=joined("; ", parts), limit=limit)
 
 
 def _temperature_table(source: ReportSource) -> Table:
@@ -99,14 +114,20 @@ def _temperature_table(source: ReportSource) -> Table:
             for sensor in run.record.temperatures
         )
     )
-    columns = [Column("Run")]
+    columns = [Column(said("Run"))]
     for sensor in sensors:
-        columns += [Column(f"{sensor}: start", "°C"), Column("max.", "°C"), Column("end", "°C")]
-    columns.append(Column("Energy absorbed", "kJ"))
+        columns += [
+            Column(said("{sensor}: start", sensor=sensor), "°C"),
+            Column(said("max."), "°C"),
+            Column(said("end"), "°C"),
+        ]
+    columns.append(Column(said("Energy absorbed"), "kJ"))
     rows = tuple(
         (Cell(str(run.number), "number"), *_readings(run, sensors), _absorbed(run)) for run in source.runs
     )
-    return Table("Temperatures of each run, and what its complete cycles absorbed", tuple(columns), rows)
+    return Table(
+        said("Temperatures of each run, and what its complete cycles absorbed"), tuple(columns), rows
+    )
 
 
 def _absorbed(run: ReportRun) -> Cell:
@@ -114,7 +135,7 @@ def _absorbed(run: ReportRun) -> Cell:
         value for cycle in run.cycles if (value := usable(cycle.get("absorbed_energy_J"))) is not None
     ]
     if not energies:
-        return Cell(DASH, "missing", "no complete cycle")
+        return Cell(DASH, "missing", said("no complete cycle"))
     return Cell(fixed(sum(energies) / 1000.0, 2), "number")
 
 
@@ -125,7 +146,7 @@ def _readings(run: ReportRun, sensors: list[str]) -> list[Cell]:
         values = found[sensor].temperature_C if sensor in found else np.empty(0)
         values = values[~np.isnan(values)]
         if values.size == 0:
-            cells += [Cell(DASH, "missing", "the sensor was not recorded in this run")] * 3
+            cells += [Cell(DASH, "missing", said("the sensor was not recorded in this run"))] * 3
         else:
             shown = (values[0], values.max(), values[-1])
             cells += [Cell(fixed(float(value), 1), "number") for value in shown]
@@ -135,7 +156,7 @@ def _readings(run: ReportRun, sensors: list[str]) -> list[Cell]:
 def _stroke_table(source: ReportSource, steps: list[TimelineStep]) -> Table:
     rows = []
     for run, step in zip(source.runs, steps, strict=True):
-        why = "nothing of the kind was required or measured"
+        why = said("nothing of the kind was required or measured")
         required = [
             quantity_cell(name, run.nominal(name), why)
             for name in ("prestress_mm", "amplitude_mm", "frequency_Hz")
@@ -146,20 +167,22 @@ def _stroke_table(source: ReportSource, steps: list[TimelineStep]) -> Table:
                 Cell(duration_text(step.start_s), "number"),
                 Cell(duration_text(step.end_s - step.start_s), "number"),
                 *required,
-                Cell(run.status, "bad" if step.stop else "text"),
+                Cell(status_words(run.status), "bad" if step.stop else "text"),
             )
         )
     return Table(
-        "The steps",
+        said("The steps"),
         (
-            Column("Run"),
-            Column("Start"),
-            Column("Length"),
-            Column("Prestress", "mm"),
-            Column("Amplitude", "mm"),
-            Column("Frequency", "Hz"),
-            Column("Ended"),
+            Column(said("Run")),
+            Column(said("Start")),
+            Column(said("Length")),
+            Column(said("Prestress"), "mm"),
+            Column(said("Amplitude"), "mm"),
+            Column(said("Frequency"), "Hz"),
+            Column(said("Ended")),
         ),
         tuple(rows),
-        note="Prestress, amplitude and frequency as required by the step; as measured where it states none.",
+        note=said(
+            "Prestress, amplitude and frequency as required by the step; as measured where it states none."
+        ),
     )

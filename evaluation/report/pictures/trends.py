@@ -21,6 +21,7 @@ from bufferstand.evaluation.report.content import (
     usable,
 )
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import capital, joined, label, said
 
 
 def runs_of_trend(source: ReportSource, trend: Mapping[str, Any]) -> list[int]:
@@ -34,7 +35,7 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
     pictures = []
     for entry in QUANTITIES.that(lambda entry: entry.shown.trend):
         trended, unit = entry.trended, entry.printed_unit
-        words = trended.caption
+        words = label(trended.caption)
         every = source.document.get("trends") or []
         trends = [trend for trend in every if trend.get("quantity") == trended.name]
         series = [(trend, one) for trend in trends if (one := _series(trend)) is not None]
@@ -42,17 +43,27 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
             continue
         fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
         warnings = dict.fromkeys(str(w) for trend, _ in series for w in trend.get("warnings") or [])
-        plot = trend_plot([one for _, one in series], trended.axis)
+        plot = trend_plot([one for _, one in series], label(trended.axis))
         band = any(fit.lower is not None for fit in plot.fits)
         pictures.append(
             Picture(
-                caption=f"{words} over frequency"
-                + (" with linear fits" if fits else "")
-                + (" and their 95 % confidence bands (ν: degrees of freedom)" if band else "")
-                + ". Bars: expanded uncertainty (k = 2). "
-                + " ".join(_sentence(warning) for warning in warnings),
-                alt=f"{words} of {len(series)} series over frequency. "
-                + " ".join(f"{one.label}: {_slope_text(trend, unit)}." for trend, one in series),
+                caption=said("{words} over frequency", words=words)
+                + (said(" with linear fits") if fits else "")
+                + (said(" and their 95 % confidence bands (ν: degrees of freedom)") if band else "")
+                + said(". Bars: expanded uncertainty (k = 2). ")
+                + joined(" ", (_sentence(warning) for warning in warnings)),
+                alt=said(
+                    "{words} of {count_of_series} series over frequency. ",
+                    words=words,
+                    count_of_series=len(series),
+                )
+                + joined(
+                    " ",
+                    (
+                        said("{label}: {trend}.", label=one.label, trend=_slope_text(trend, unit))
+                        for trend, one in series
+                    ),
+                ),
                 plot=plot,
                 numbers=_numbers(source, [trend for trend, _ in series], words, unit),
             )
@@ -61,21 +72,25 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
 
 
 def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:].rstrip(".") + "."
+    return said("{text}.", text=capital(text.rstrip(".")))
 
 
 def _slope_text(trend: Mapping[str, Any], unit: str) -> str:
     slope = usable(trend.get("slope_per_Hz"))
     if slope is None:
-        return "no fit"
-    return f"slope {significant(slope, 3)} {'' if unit == '–' else unit + ' '}per Hz"
+        return said("no fit")
+    return said(
+        "slope {slope} {unit}per Hz", slope=significant(slope, 3), unit="" if unit == "–" else unit + " "
+    )
 
 
 def _label(trend: Mapping[str, Any]) -> str:
     prestress, amplitude = usable(trend.get("prestress_mm")), usable(trend.get("amplitude_mm"))
     mean = DASH if prestress is None else significant(prestress, 3)
     return (
-        f"{mean} mm, several amplitudes" if amplitude is None else f"{mean} ± {significant(amplitude, 3)} mm"
+        said("{mean} mm, several amplitudes", mean=mean)
+        if amplitude is None
+        else said("{mean} ± {amplitude} mm", mean=mean, amplitude=significant(amplitude, 3))
     )
 
 
@@ -116,23 +131,26 @@ def _numbers(source: ReportSource, trends: list[Mapping[str, Any]], words: str, 
                 (
                     Cell(_label(trend)),
                     Cell(str(numbers.get(identifier, identifier)), "number"),
-                    quantity_cell("frequency_Hz", frequency[n], "no frequency"),
-                    measured_cell(value[n], uncertainty[n], "no value"),
-                    quantity_cell("temperature_C", temperature[n], "no specimen temperature on record"),
+                    quantity_cell("frequency_Hz", frequency[n], said("no frequency")),
+                    measured_cell(value[n], uncertainty[n], said("no value")),
+                    quantity_cell("temperature_C", temperature[n], said("no specimen temperature on record")),
                 )
             )
-    fits = "; ".join(f"{_label(trend)}: {_fit_text(trend, unit)}" for trend in trends)
+    fits = joined(
+        "; ",
+        (said("{trend}: {trend_2}", trend=_label(trend), trend_2=_fit_text(trend, unit)) for trend in trends),
+    )
     return Table(
         words,
         (
-            Column("Series"),
-            Column("Run"),
-            Column("Frequency", "Hz"),
-            Column("Value ± U", unit),
-            Column("Temperature", "°C"),
+            Column(said("Series")),
+            Column(said("Run")),
+            Column(said("Frequency"), "Hz"),
+            Column(said("Value ± U"), unit),
+            Column(said("Temperature"), "°C"),
         ),
         tuple(rows),
-        note=f"Linear fits: {fits}.",
+        note=said("Linear fits: {fits}.", fits=fits),
     )
 
 
@@ -141,6 +159,16 @@ def _fit_text(trend: Mapping[str, Any], unit: str) -> str:
     if slope is None or intercept is None:
         return "none"
     half_width = usable(trend.get("slope_half_width_95_per_Hz"))
-    spread = f" ± {significant(half_width, 2)} (95 %)" if half_width is not None else ""
-    shown = "" if unit == "–" else f" {unit}"
-    return f"{significant(intercept)}{shown}, slope {significant(slope, 3)}{shown} per Hz{spread}"
+    spread = (
+        said(" ± {half_width} (95 %)", half_width=significant(half_width, 2))
+        if half_width is not None
+        else ""
+    )
+    shown = "" if unit == "–" else said(" {unit}", unit=unit)
+    return said(
+        "{intercept}{shown}, slope {slope}{shown} per Hz{spread}",
+        intercept=significant(intercept),
+        shown=shown,
+        slope=significant(slope, 3),
+        spread=spread,
+    )

@@ -11,6 +11,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup, escape
 
 from bufferstand.evaluation.report.content import UNBROKEN, Content
+from bufferstand.evaluation.report.rendering.frame import frame_words
 from bufferstand.evaluation.report.rendering.overridden_html import (
     own_loader,
     picture_addresses,
@@ -19,6 +20,7 @@ from bufferstand.evaluation.report.rendering.overridden_html import (
 )
 
 _UNBROKEN = re.compile(UNBROKEN)
+_BRACES = re.compile(r"\{\w+\}")
 
 
 def render_html(content: Content, figures: Sequence[str]) -> str:
@@ -53,6 +55,7 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         keep_trailing_newline=True,
     )
     environment.filters["kept"] = kept
+    environment.filters["filled"] = filled
     images = ["data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode() for svg in figures]
     types = {"png": "image/png", "jpg": "image/jpeg"}
     given = {
@@ -66,11 +69,22 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
         # Style sheets are the program's and the laboratory's, not data: they must not be escaped.
         return environment.get_template(name).render(
             report=content.document(),
+            words=frame_words(content.language),
+            language=content.language.code,
             images=images,
             given=given,
             own=picture_addresses(content.template),
             style=Markup(style + (own_style or "")),
         )
+
+
+def filled(words: str, *parts: object) -> Markup:
+    """Return words with what a template puts into their braces, in their order."""
+    pieces = _BRACES.split(words)
+    out = [escape(pieces[0])]
+    for part, piece in zip(parts, pieces[1:], strict=True):
+        out += [escape(part), escape(piece)]
+    return Markup("").join(out)
 
 
 def kept(text: str) -> Markup:

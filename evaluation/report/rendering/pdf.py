@@ -14,6 +14,7 @@ import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
 from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, moment_of
+from bufferstand.evaluation.report.rendering.frame import frame_words
 from bufferstand.evaluation.report.rendering.overridden_typst import (
     TYPST_BLOCKS,
     lay_out,
@@ -63,6 +64,8 @@ def render_pdf(content: Content, figures: Sequence[str], attachments: Sequence[A
     inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
     said = content.document() | {
         "unbroken": UNBROKEN,
+        "words": frame_words(content.language),
+        "language": content.language.code,
         "overridable": list(TYPST_BLOCKS),
         "attached": _attached(inside),
     }

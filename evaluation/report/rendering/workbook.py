@@ -10,6 +10,8 @@ from typing import Any
 
 from bufferstand.evaluation.document import fit_for_excel
 from bufferstand.evaluation.report.content import Cell, Content, Picture, Table
+from bufferstand.evaluation.report.rendering.frame import figure_title
+from bufferstand.evaluation.wording import ENGLISH, Language, said
 
 _LONGEST_NAME = 31
 _NOT_IN_NAMES = re.compile(r"[\[\]:*?/\\]")
@@ -52,7 +54,7 @@ def _tables(content: Content) -> Iterator[Table]:
         if isinstance(block, Table):
             yield block
         elif isinstance(block, Picture):
-            title = f"Figure {block.number}: {block.numbers.title}"
+            title = figure_title(content.language, block.number, block.numbers.title)
             yield Table(title, block.numbers.columns, block.numbers.rows, block.numbers.note)
 
 
@@ -63,19 +65,26 @@ def _name(number: int, title: str) -> str:
 def _fill(sheet: Any, table: Table, content: Content) -> None:
     from openpyxl.styles import Alignment, Font  # noqa: PLC0415
 
+    language = content.language
     spread = [any(_PLUS_MINUS in row[n].text for row in table.rows) for n in range(len(table.columns))]
     heads: list[str] = []
     for column, two in zip(table.columns, spread, strict=True):
         unit = f" [{column.unit}]" if column.unit else ""
         title = column.title.removesuffix(" ± U") if two else column.title
-        heads += [f"{title}{unit}", f"U of {title}{unit}"] if two else [f"{title}{unit}"]
+        heads += (
+            [f"{title}{unit}", language.say(said("U of {quantity}", quantity=f"{title}{unit}"))]
+            if two
+            else [f"{title}{unit}"]
+        )
     _put(sheet, 1, 1, table.title, Font(bold=True))
     for place, head in enumerate(heads, start=1):
         _put(sheet, 2, place, head, Font(bold=True)).alignment = Alignment(wrap_text=True, vertical="bottom")
     for at, row in enumerate(table.rows, start=3):
-        _fill_row(sheet, at, row, spread)
+        _fill_row(sheet, at, row, spread, language)
     last = len(table.rows) + 4
-    for below, text in enumerate(filter(None, (table.note, f"Report {content.report_id}"))):
+    for below, text in enumerate(
+        filter(None, (table.note, f"{language.say(said('Report'))} {content.report_id}"))
+    ):
         _put(sheet, last + below, 1, text, Font(italic=True))
     sheet.freeze_panes = "B3"
     for place, head in enumerate(heads, start=1):
@@ -84,7 +93,7 @@ def _fill(sheet: Any, table: Table, content: Content) -> None:
         sheet.column_dimensions[sheet.cell(2, place).column_letter].width = width
 
 
-def _fill_row(sheet: Any, at: int, row: Sequence[Cell], spread: Sequence[bool]) -> None:
+def _fill_row(sheet: Any, at: int, row: Sequence[Cell], spread: Sequence[bool], language: Language) -> None:
     from openpyxl.styles import Font  # noqa: PLC0415
 
     place = 1
@@ -94,14 +103,14 @@ def _fill_row(sheet: Any, at: int, row: Sequence[Cell], spread: Sequence[bool]) 
         else:
             value, _, expanded = cell.text.partition(_PLUS_MINUS) if two else (cell.text, "", "")
             for beside, text in enumerate((value, expanded) if two else (value,)):
-                _put(sheet, at, place + beside, text)
+                _put(sheet, at, place + beside, text, language=language)
         place += 1 + two
 
 
-def _put(sheet: Any, row: int, column: int, text: str, font: Any = None) -> Any:
+def _put(sheet: Any, row: int, column: int, text: str, font: Any = None, language: Language = ENGLISH) -> Any:
     """Write a cell: what is a number as one, with the decimals printed; a text stays a text."""
     cell = sheet.cell(row, column)
-    plain = text.replace("−", "-").replace("+", "")
+    plain = language.plain(text).replace("−", "-").replace("+", "")
     if font is None and (number := _NUMBER.fullmatch(plain)):
         cell.value = float(plain) if number[1] else int(plain)
         cell.number_format = "0." + "0" * len(number[1]) if number[1] else "0"

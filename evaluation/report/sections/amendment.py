@@ -5,6 +5,7 @@ from __future__ import annotations
 from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts
 from bufferstand.evaluation.report.sections.identity import given
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import said
 
 
 def amendment_section(source: ReportSource) -> Section | None:
@@ -12,17 +13,20 @@ def amendment_section(source: ReportSource) -> Section | None:
     fields = source.fields
     if not fields.amends:
         return None
-    facts = [("Issued", given(fields.amends_issued)), ("Reason", given(fields.amendment_reason))]
+    facts = [
+        (said("Issued"), given(fields.amends_issued)),
+        (said("Reason"), given(fields.amendment_reason)),
+    ]
     if source.predecessor is not None:
-        facts.append(("SHA-256 of its PDF", Cell(source.predecessor.sha256, "code")))
+        facts.append((said("SHA-256 of its PDF"), Cell(source.predecessor.sha256, "code")))
     sheet = Sheet("", tuple(facts))
-    changes = fields.amendment_changes or ("Not stated: add amendment_changes to report.toml.",)
+    changes = fields.amendment_changes or (said("Not stated: add amendment_changes to report.toml."),)
     return Section(
         "amendment",
-        f"Amendment to report {fields.amends}",
+        said("Amendment to report {amends}", amends=fields.amends),
         (
             sheet,
-            Texts(("What is different from that report:",)),
+            Texts((said("What is different from that report:"),)),
             Texts((*changes, *_figures(source)), listed=True),
         ),
     )
@@ -34,8 +38,8 @@ def _figures(source: ReportSource) -> tuple[str, ...]:
     if predecessor is None or predecessor.evaluation is None:
         return ()
     if not predecessor.moved(source.document):
-        return ("No result and no verdict is another than in that report.",)
-    return ("Results, verdicts or runs are others: see Against the earlier evaluation.",)
+        return (said("No result and no verdict is another than in that report."),)
+    return (said("Results, verdicts or runs are others: see Against the earlier evaluation."),)
 
 
 def amendment_notice(source: ReportSource) -> tuple[str, ...]:
@@ -43,4 +47,8 @@ def amendment_notice(source: ReportSource) -> tuple[str, ...]:
     fields = source.fields
     if not fields.amends:
         return ()
-    return (f"Amendment: this report replaces report {fields.amends}, which is no longer valid.",)
+    return (
+        said(
+            "Amendment: this report replaces report {amends}, which is no longer valid.", amends=fields.amends
+        ),
+    )

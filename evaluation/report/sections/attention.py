@@ -8,13 +8,14 @@ from typing import Any
 from bufferstand.evaluation.report.content import limits_text, significant, usable, value_text
 from bufferstand.evaluation.report.sections.verdicts import is_condition, name_of
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.wording import said
 
 CLOSE = 0.05
 """A condition is close to its edge within this share of the permitted span, or within its U."""
 _LIMITED = (
-    ("force_max_kN", "force", "kN"),
-    ("stroke_max_mm", "stroke", "mm"),
-    ("speed_max_mm_per_s", "speed", "mm/s"),
+    ("force_max_kN", said("force"), "kN"),
+    ("stroke_max_mm", said("stroke"), "mm"),
+    ("speed_max_mm_per_s", said("speed"), "mm/s"),
 )
 _COUNTED = frozenset({"", "1", "cycles"})
 
@@ -28,10 +29,18 @@ def beyond_limits(source: ReportSource) -> list[str]:
             if extreme is None or extreme.value is None or limit is None or extreme.value <= limit:
                 continue
             value = value_text(extreme.value, extreme.expanded_uncertainty)
-            whose = f", set by {by}" if by else ""
+            whose = said(", set by {by}", by=by) if by else ""
             texts.append(
-                f"Run {run.number}: the {words} reached {value} {unit}, above the limit of "
-                f"{significant(limit)} {unit}{whose}."
+                said(
+                    "Run {number}: the {words} reached {value} {unit}, above the limit of {limit} "
+                    "{unit}{whose}.",
+                    number=run.number,
+                    words=words,
+                    value=value,
+                    unit=unit,
+                    limit=significant(limit),
+                    whose=whose,
+                )
             )
     return texts
 
@@ -41,10 +50,16 @@ def missed_targets(run: ReportRun) -> list[str]:
     texts = []
     for row in (*run.strokes, *run.forces):
         if off := row.get("cycles_off"):
-            what = "stroke" if "reached_mean_mm" in row else "force"
+            what = said("stroke") if "reached_mean_mm" in row else said("force")
             texts.append(
-                f"Run {run.number}: the {what} missed its target in cycles {off} of {row['cycles']}; see "
-                "Strokes and forces reached."
+                said(
+                    "Run {number}: the {what} missed its target in cycles {off} of {cycles}; see Strokes and "
+                    "forces reached.",
+                    number=run.number,
+                    what=what,
+                    off=off,
+                    cycles=row["cycles"],
+                )
             )
     return texts
 
@@ -60,7 +75,7 @@ def near_conditions(source: ReportSource) -> list[str]:
         for rows in close.values():
             share, row = min(rows, key=lambda one: one[0])
             if share <= 1.0:
-                texts.append(f"Run {run.number}: {_near(row)}.")
+                texts.append(said("Run {number}: {row}.", number=run.number, row=_near(row)))
     return texts
 
 
@@ -78,6 +93,13 @@ def _share_left(row: Mapping[str, Any]) -> float | None:
 def _near(row: Mapping[str, Any]) -> str:
     value = value_text(float(row["measured"]), usable(row.get("expanded_uncertainty")))
     permitted = limits_text(row.get("lower_limit"), row.get("upper_limit"))
-    at = "" if row.get("cycle") is None else f" in cycle {row['cycle']}"
+    at = "" if row.get("cycle") is None else said(" in cycle {cycle}", cycle=row["cycle"])
     unit = str(row["unit"])
-    return f"{name_of(row)}{at} is close to its limit: {value} {unit}, permitted {permitted} {unit}"
+    return said(
+        "{row}{at} is close to its limit: {value} {unit}, permitted {permitted} {unit}",
+        row=name_of(row),
+        at=at,
+        value=value,
+        unit=unit,
+        permitted=permitted,
+    )

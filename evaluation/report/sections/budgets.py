@@ -17,24 +17,25 @@ from bufferstand.evaluation.report.content import (
     usable,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.wording import joined, numeral, said
 
 _SYMBOLS = {entry.name: entry.symbol for entry in MAIN}
-_EXPLANATION = (
-    "Linear budget (JCGM 100) of the means over the cycles used. The best estimate of each input error is 0, "
-    "u its standard uncertainty, c the sensitivity of the result to it (in the units of both); contributions "
-    "|c| u are in % of the result, ν degrees of freedom. Inputs are shared: the force scale concerns both "
-    "energies alike and leaves damping, their ratio, untouched. The last row is the standard uncertainty of "
-    "record, by Monte Carlo propagation through the whole loop (JCGM 101)."
+_EXPLANATION = said(
+    "Linear budget (JCGM 100) of the means over the cycles used. The best estimate of each input "
+    "error is 0, u its standard uncertainty, c the sensitivity of the result to it (in the units "
+    "of both); contributions |c| u are in % of the result, ν degrees of freedom. Inputs are "
+    "shared: the force scale concerns both energies alike and leaves damping, their ratio, "
+    "untouched. The last row is the standard uncertainty of record, by Monte Carlo propagation "
+    "through the whole loop (JCGM 101)."
 )
-_WORST = "The budget shown is that of run {}, whose results are the least certain; see Uncertainty by run."
-_NO_BUDGET = "this run has no budget of it"
-_MANY = "one line for several inputs: there is no single sensitivity"
-_NONE = "no error of this kind, or it does not reach this result"
-_OWN = "another one for each result"
+_NO_BUDGET = said("this run has no budget of it")
+_MANY = said("one line for several inputs: there is no single sensitivity")
+_NONE = said("no error of this kind, or it does not reach this result")
+_OWN = said("another one for each result")
 _NOTHING = 1e-9
 """A share of the result that is rounding, no contribution."""
 _AS_GOOD_AS_INFINITE = 1e4
-_NOT_DRAWN = "not propagated by Monte Carlo"
+_NOT_DRAWN = said("not propagated by Monte Carlo")
 
 
 def budgets_section(source: ReportSource) -> Section | None:
@@ -43,8 +44,15 @@ def budgets_section(source: ReportSource) -> Section | None:
     if not runs:
         return None
     least = max(runs, key=lambda run: max(_share(budget) for budget in _budgets(run)))
-    texts = (_WORST.format(least.number),) if len(runs) > 1 else ()
-    return Section("uncertainty-budget", "Uncertainty budget", (Texts((*texts, _EXPLANATION)), _table(least)))
+    worst = said(
+        "The budget shown is that of run {number}, whose results are the least certain; see "
+        "Uncertainty by run.",
+        number=least.number,
+    )
+    texts = (worst,) if len(runs) > 1 else ()
+    return Section(
+        "uncertainty-budget", said("Uncertainty budget"), (Texts((*texts, _EXPLANATION)), _table(least))
+    )
 
 
 def further_budgets_section(source: ReportSource) -> Section | None:
@@ -56,7 +64,7 @@ def further_budgets_section(source: ReportSource) -> Section | None:
     if len(runs) < 2:
         return None
     tables = tuple(_table(run) for run in runs) if source.detailed else (_overview(runs),)
-    return Section("further-budgets", "Uncertainty by run", tables, annex=True)
+    return Section("further-budgets", said("Uncertainty by run"), tables, annex=True)
 
 
 def _budgets(run: ReportRun) -> list[Mapping[str, Any]]:
@@ -80,9 +88,12 @@ def _share(budget: Mapping[str, Any]) -> float:
 def _overview(runs: Sequence[ReportRun]) -> Table:
     """Return a row a run: the standard uncertainty of each result, and what contributes most to it."""
     names = list(dict.fromkeys(b["quantity"] for run in runs for b in _budgets(run)))
-    columns = [Column("Run")]
+    columns = [Column(said("Run"))]
     for name in names:
-        columns += [Column(f"u({_SYMBOLS[name]})", "%"), Column(f"of u({_SYMBOLS[name]}) most")]
+        columns += [
+            Column(said("u({symbols})", symbols=_SYMBOLS[name]), "%"),
+            Column(said("of u({symbols}) most", symbols=_SYMBOLS[name])),
+        ]
     rows = []
     for run in runs:
         found = {b["quantity"]: b for b in _budgets(run)}
@@ -96,24 +107,42 @@ def _overview(runs: Sequence[ReportRun]) -> Table:
             cells.append(_percent(_of_record(budget), budget["value"]))
             cells.append(Cell(DASH, "missing", _NONE) if most is None else Cell(str(most["source"])))
         rows.append(tuple(cells))
-    return Table("Standard uncertainty of each run, and its largest source", tuple(columns), tuple(rows))
+    return Table(
+        said("Standard uncertainty of each run, and its largest source"), tuple(columns), tuple(rows)
+    )
 
 
 def _table(run: ReportRun) -> Table:
     budgets = _budgets(run)
     names = list(dict.fromkeys(line["source"] for b in budgets for line in b["sources"]))
-    columns = [Column("Source"), Column("u"), Column("ν")]
+    columns = [Column(said("Source")), Column("u"), Column("ν")]
     for budget in budgets:
         symbol = _SYMBOLS[budget["quantity"]]
-        columns += [Column(f"c({symbol})"), Column(f"u({symbol})", "%")]
+        columns += [
+            Column(said("c({symbol})", symbol=symbol)),
+            Column(said("u({symbol})", symbol=symbol), "%"),
+        ]
     rows = [_row(name, budgets) for name in names]
-    rows.append(_total("Combined", budgets, "standard_uncertainty"))
-    rows.append(_total("Monte Carlo", budgets, "monte_carlo_standard_uncertainty"))
-    values = ", ".join(
-        f"{_SYMBOLS[b['quantity']]} {significant(b['value'])}{'' if b['unit'] == '1' else ' ' + b['unit']}"
-        for b in budgets
+    rows.append(_total(said("Combined"), budgets, "standard_uncertainty"))
+    rows.append(_total(said("Monte Carlo"), budgets, "monte_carlo_standard_uncertainty"))
+    values = joined(
+        ", ",
+        (
+            said(
+                "{symbols} {value}{unit}",
+                symbols=_SYMBOLS[b["quantity"]],
+                value=significant(b["value"]),
+                unit="" if b["unit"] == "1" else " " + b["unit"],
+            )
+            for b in budgets
+        ),
     )
-    return Table(f"Uncertainty budget of run {run.number}", tuple(columns), tuple(rows), note=f"{values}.")
+    return Table(
+        said("Uncertainty budget of run {number}", number=run.number),
+        tuple(columns),
+        tuple(rows),
+        note=values + ".",
+    )
 
 
 def _row(name: str, budgets: Sequence[Mapping[str, Any]]) -> tuple[Cell, ...]:
@@ -139,7 +168,7 @@ def _input(lines: Sequence[Mapping[str, Any]]) -> Cell:
         return Cell(DASH, "missing", _OWN)
     u, unit = lines[0]["standard_uncertainty"], lines[0]["unit"]
     text = _number(u).text
-    return Cell(text if unit == "1" else f"{text} {unit}", "number")
+    return Cell(text if unit == "1" else said("{text} {unit}", text=text, unit=unit), "number")
 
 
 def _total(title: str, budgets: Sequence[Mapping[str, Any]], key: str) -> tuple[Cell, ...]:
@@ -147,7 +176,7 @@ def _total(title: str, budgets: Sequence[Mapping[str, Any]], key: str) -> tuple[
     for budget in budgets:
         u, dof = usable(budget.get(key)), usable(budget["degrees_of_freedom"])
         limited = dof is not None and dof < _AS_GOOD_AS_INFINITE and key == "standard_uncertainty"
-        cells.append(Cell(f"ν {dof:.0f}" if limited else ""))
+        cells.append(Cell(said("ν {dof}", dof=numeral(f"{dof:.0f}")) if limited else ""))
         cells.append(Cell(DASH, "missing", _NOT_DRAWN) if u is None else _percent(u, budget["value"]))
     return tuple(cells)
 

@@ -31,6 +31,7 @@ from bufferstand.evaluation.report.sections.verdicts import (
     verdict_line,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+from bufferstand.evaluation.wording import capital, joined, kind_words, label, said
 
 MOST_VALUES = 5
 """Key values on the first page."""
@@ -38,15 +39,15 @@ _MOST_POINTS = 4
 """Reasons below the statement; the others stand in the statement by clause."""
 _MAIN = ("damping", "tangent_stiffness_kN_per_mm")
 _EXTREMES = (
-    ("force_max_kN", "Greatest force"),
-    ("stroke_max_mm", "Greatest stroke"),
-    ("speed_max_mm_per_s", "Greatest speed"),
+    ("force_max_kN", said("Greatest force")),
+    ("stroke_max_mm", said("Greatest stroke")),
+    ("speed_max_mm_per_s", said("Greatest speed")),
 )
-_NO_LIMIT = "no limit is set on it"
-_NO_STATEMENT = "no requirement is set on it"
-_VALIDITY = (
-    "The results relate only to the items tested. This report shall not be reproduced except in full without "
-    "approval of the laboratory."
+_NO_LIMIT = said("no limit is set on it")
+_NO_STATEMENT = said("no requirement is set on it")
+_VALIDITY = said(
+    "The results relate only to the items tested. This report shall not be reproduced except in "
+    "full without approval of the laboratory."
 )
 
 
@@ -55,19 +56,31 @@ def statement(source: ReportSource) -> VerdictLine:
     tests = _tests(source)
     if not tests:
         return VerdictLine(
-            Cell("No statement"),
-            "Characterisation",
-            "No statement of conformity rests on these runs: the report says what was measured.",
+            Cell(said("No statement")),
+            said("Characterisation"),
+            said("No statement of conformity rests on these runs: the report says what was measured."),
         )
     gravest = _gravest(tests)
     line = verdict_line(gravest)
-    standards = " and ".join(dict.fromkeys(str(r["standard"]) for run in tests for r in run.stated))
+    standards = joined(said(" and "), dict.fromkeys(str(r["standard"]) for run in tests for r in run.stated))
     numbers = [run.number for run in tests]
-    subject = f"{standards}: {gravest.kind} test, {runs_text(numbers)}"
-    sentence = line.sentence if len(tests) == 1 else f"Gravest is run {gravest.number}. {line.sentence}"
+    subject = said(
+        "{standards}: {kind} test, {runs}",
+        standards=standards,
+        kind=kind_words(gravest.kind),
+        runs=runs_text(numbers),
+    )
+    sentence = (
+        line.sentence
+        if len(tests) == 1
+        else said("Gravest is run {number}. {sentence}", number=gravest.number, sentence=line.sentence)
+    )
     points = line.points
     if (left := len(points) - _MOST_POINTS) > 0:
-        points = (*points[:_MOST_POINTS], f"and {left} more: see Statement of conformity by clause")
+        points = (
+            *points[:_MOST_POINTS],
+            said("and {left} more: see Statement of conformity by clause", left=left),
+        )
     return VerdictLine(line.verdict, subject, sentence, points)
 
 
@@ -96,17 +109,17 @@ def key_values(source: ReportSource) -> Table:
     """
     rows = [*_required(source), *_characteristics(source)][:MOST_VALUES]
     return Table(
-        "Key values",
+        said("Key values"),
         (
-            Column("Quantity"),
-            Column("Measured ± U"),
-            Column("Limit"),
-            Column("Unit"),
-            Column("Run (cycle)"),
-            Column("Verdict"),
+            Column(said("Quantity")),
+            Column(said("Measured ± U")),
+            Column(said("Limit")),
+            Column(said("Unit")),
+            Column(said("Run (cycle)")),
+            Column(said("Verdict")),
         ),
         tuple(rows),
-        note="Of a requirement: the cycle nearest to its limit. U: k = 2, about 95 % coverage.",
+        note=said("Of a requirement: the cycle nearest to its limit. U: k = 2, about 95 % coverage."),
     )
 
 
@@ -132,7 +145,7 @@ def _required_row(run: ReportRun, requirement: Mapping[str, Any]) -> tuple[Cell,
         measured_cell(requirement["measured"], requirement.get("expanded_uncertainty"), ""),
         Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
         Cell(_unit(requirement.get("unit"))),
-        Cell(str(run.number) + ("" if cycle is None else f" ({cycle})")),
+        Cell(str(run.number) + ("" if cycle is None else said(" ({cycle})", cycle=cycle))),
         verdict_cell(requirement["verdict"]),
     )
 
@@ -152,9 +165,9 @@ def _characteristics(source: ReportSource) -> list[tuple[Cell, ...]]:
             if run.kind == "harmonic" and (value := run.result(name)) is not None
         ]
         if found:
-            label = entry.label[:1].upper() + entry.label[1:]
+            words = label(entry.label, capital(entry.label))
             rows.append(
-                _spanned(label, entry.printed_unit, found, [_stated_u(run, name) for _, run in found])
+                _spanned(words, entry.printed_unit, found, [_stated_u(run, name) for _, run in found])
             )
     rows += [row for name, words in _EXTREMES if (row := _extreme(source, name, words)) is not None]
     return rows
@@ -174,10 +187,10 @@ def _spanned(
     texts = [measured_cell(found[n][0], expanded[n], "").text for n in ends]
     return (
         Cell(words),
-        Cell(" … ".join(texts), "number"),
+        Cell(joined(" … ", texts), "number"),
         Cell(DASH, "missing", _NO_LIMIT),
         Cell(_unit(unit)),
-        Cell(", ".join(str(found[n][1].number) for n in ends)),
+        Cell(joined(", ", (str(found[n][1].number) for n in ends))),
         Cell(DASH, "missing", _NO_STATEMENT),
     )
 
@@ -194,8 +207,10 @@ def _extreme(source: ReportSource, name: str, words: str) -> tuple[Cell, ...] | 
     unit = {"force_max_kN": "kN", "stroke_max_mm": "mm"}.get(name, "mm/s")
     return (
         Cell(words),
-        Cell(f"{shown.text} ?", "open") if extreme.doubt else shown,
-        Cell(DASH, "missing", _NO_LIMIT) if limit is None else Cell(f"≤ {significant(limit)}", "number"),
+        Cell(said("{text} ?", text=shown.text), "open") if extreme.doubt else shown,
+        Cell(DASH, "missing", _NO_LIMIT)
+        if limit is None
+        else Cell(said("≤ {limit}", limit=significant(limit)), "number"),
         Cell(unit),
         Cell(str(run.number)),
         Cell(DASH, "missing", _NO_STATEMENT),
@@ -206,8 +221,8 @@ def signatures(source: ReportSource) -> tuple[Signatures, Texts]:
     """Return who answers for the report, and what it is valid for."""
     fields = source.fields
     entries = (
-        Signature("Tested by", operator(source)),
-        Signature("Checked by", fields.checked_by),
-        Signature("Authorised by", fields.authorised_by),
+        Signature(said("Tested by"), operator(source)),
+        Signature(said("Checked by"), fields.checked_by),
+        Signature(said("Authorised by"), fields.authorised_by),
     )
     return Signatures(entries), Texts((_VALIDITY,))

@@ -38,6 +38,7 @@ from bufferstand.evaluation.report.source import (
     purpose_texts,
     runs_text,
 )
+from bufferstand.evaluation.wording import joined, label, numeral, said
 
 _COMPARED = QUANTITIES.that(lambda entry: entry.shown.compared)
 _TO_COMMON_STROKE = ("stored_energy_J", "absorbed_energy_J", "damping")
@@ -46,17 +47,18 @@ _SAME_END_MM = 0.5
 """Loops whose ends are further apart are compared to the stroke that both reach, too."""
 _APART_K = 2.0
 _GRID = 400
-_METHOD = (
-    "The first is the reference. Steps are the same if prestress agrees within 2 mm, amplitude and frequency "
-    "within 5 %, the speed of static runs within 10 %. Errors that both have in common, as their "
-    "records name the same certificate, cancel in a difference as far as they act alike; U has what is left. "
-    "E_n is the difference over its U (k = 2): beyond ±1 the specimens differ by more than is known of them. "
-    "It says nothing of conformity; see the statements of each specimen."
+_METHOD = said(
+    "The first is the reference. Steps are the same if prestress agrees within 2 mm, amplitude "
+    "and frequency within 5 %, the speed of static runs within 10 %. Errors that both have in "
+    "common, as their records name the same certificate, cancel in a difference as far as they "
+    "act alike; U has what is left. E_n is the difference over its U (k = 2): beyond ±1 the "
+    "specimens differ by more than is known of them. It says nothing of conformity; see the "
+    "statements of each specimen."
 )
-_NO_STEP_SHARED = "No step was run on more than one of them: nothing can be compared."
-_NOTHING_COMPARED = "The steps that they share have no result in common: nothing can be compared."
-_NO_U = "the record of one of them states no accuracy"
-_NOT_HAD = "not to be had from the run"
+_NO_STEP_SHARED = said("No step was run on more than one of them: nothing can be compared.")
+_NOTHING_COMPARED = said("The steps that they share have no result in common: nothing can be compared.")
+_NO_U = said("the record of one of them states no accuracy")
+_NOT_HAD = said("not to be had from the run")
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def compared_of(conditions: Sequence[Condition]) -> list[ComparedFigures]:
             ComparedFigures(
                 condition,
                 entry.name,
-                str(entry.shown.compared),
+                label(str(entry.shown.compared)),
                 entry.printed_unit,
                 tuple(_summary_value(run, entry.name) for run in condition.runs),
             )
@@ -105,7 +107,7 @@ def _greatest_force(condition: Condition) -> ComparedFigures:
         None if one is None or one.value is None else UncertainValue(one.value, one.expanded_uncertainty)
         for one in found
     )
-    return ComparedFigures(condition, "extreme_force_max_kN", "Force max. of all samples", "kN", values)
+    return ComparedFigures(condition, "extreme_force_max_kN", said("Force max. of all samples"), "kN", values)
 
 
 def _summary_value(run: ReportRun | None, name: str) -> UncertainValue | None:
@@ -170,8 +172,16 @@ def _to_common_stroke(condition: Condition) -> list[ComparedFigures]:
             None if run is None or got is None else _like(run, name, got[place])
             for run, got in zip(condition.runs, energies, strict=True)
         )
-        words = f"{entry.shown.compared} to {fixed(end, 1)} mm"
-        rows.append(ComparedFigures(condition, f"{name}@{end:.1f}", words, entry.printed_unit, values))
+        words = said("{compared} to {end} mm", compared=label(entry.shown.compared or ""), end=fixed(end, 1))
+        rows.append(
+            ComparedFigures(
+                condition,
+                f"{name}@{end:.1f}",
+                words,
+                entry.printed_unit,
+                values,
+            )
+        )
     return rows
 
 
@@ -220,24 +230,24 @@ def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFig
         blocks.append(Texts(tuple(notes), listed=True))
     if (left := unmatched_table(sides, shared)) is not None:
         blocks.append(left)
-    return [Section("comparison", "Comparison", tuple(blocks)), *_conformities(sides)]
+    return [Section("comparison", said("Comparison"), tuple(blocks)), *_conformities(sides)]
 
 
 def _steps(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table:
     return Table(
-        "What is compared",
+        said("What is compared"),
         (
-            Column("No."),
-            Column("Step"),
-            *(Column(f"{side.letter}: run") for side in sides.sides),
-            *(Column(f"{side.letter}: temperature", "°C") for side in sides.sides),
+            Column(said("No.")),
+            Column(said("Step")),
+            *(Column(said("{letter}: run", letter=side.letter)) for side in sides.sides),
+            *(Column(said("{letter}: temperature", letter=side.letter), "°C") for side in sides.sides),
         ),
         tuple(
             (
                 Cell(str(condition.number), "number"),
                 Cell(condition.words),
                 *(
-                    Cell(DASH, "missing", "this step was not run on it")
+                    Cell(DASH, "missing", said("this step was not run on it"))
                     if run is None
                     else Cell(run.label, "number")
                     for run in condition.runs
@@ -246,8 +256,10 @@ def _steps(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table:
             )
             for condition in conditions
         ),
-        note="; ".join(f"{side.letter}: {side.name}" for side in sides.sides)
-        + ". Temperature of the specimen at the start of the first cycle used.",
+        note=joined(
+            "; ", (said("{letter}: {name}", letter=side.letter, name=side.name) for side in sides.sides)
+        )
+        + said(". Temperature of the specimen at the start of the first cycle used."),
     )
 
 
@@ -261,7 +273,7 @@ def start_C(run: ReportRun | None) -> float | None:  # noqa: N802 - the unit's o
 def _temperature_cell(run: ReportRun | None) -> Cell:
     value = start_C(run)
     return (
-        Cell(DASH, "missing", "no temperature on record")
+        Cell(DASH, "missing", said("no temperature on record"))
         if value is None
         else Cell(fixed(value, 1), "number")
     )
@@ -274,17 +286,17 @@ def _differences(sides: ComparedSpecimens, rows: Sequence[ComparedFigures]) -> T
         for place, apart in row.differences():
             cells.append(_difference_row(sides, row, place, apart))
     return Table(
-        f"Step {condition.number}: {condition.words}",
+        said("Step {number}: {words}", number=condition.number, words=condition.words),
         (
-            Column("Quantity"),
-            Column("Unit"),
-            Column("Of"),
-            Column(f"{sides.sides[0].letter} ± U"),
-            Column("This ± U"),
-            Column("Difference ± U"),
-            Column("Change", "%"),
+            Column(said("Quantity")),
+            Column(said("Unit")),
+            Column(said("Of")),
+            Column(said("{letter} ± U", letter=sides.sides[0].letter)),
+            Column(said("This ± U")),
+            Column(said("Difference ± U")),
+            Column(said("Change"), "%"),
             Column("E_n"),
-            Column("Difference is"),
+            Column(said("Difference is")),
         ),
         tuple(cells),
     )
@@ -304,21 +316,23 @@ def _difference_row(
         measured_cell(reference.value, reference.expanded_uncertainty, _NOT_HAD),
         measured_cell(value.value, value.expanded_uncertainty, _NOT_HAD),
         measured_cell(apart.value, apart.expanded_uncertainty, _NOT_HAD),
-        Cell(DASH, "missing", "the reference is 0") if share is None else Cell(_percent(share), "number"),
+        Cell(DASH, "missing", said("the reference is 0"))
+        if share is None
+        else Cell(_percent(share), "number"),
         Cell(DASH, "missing", _NO_U)
         if apart.normalised is None
         else Cell(_signed(apart.normalised, 1), "number"),
         {
             None: Cell(DASH, "missing", _NO_U),
-            True: Cell("◆ beyond U", "open"),
-            False: Cell("within U"),
+            True: Cell(said("◆ beyond U"), "open"),
+            False: Cell(said("within U")),
         }[apart.beyond],
     )
 
 
 def _signed(value: float, decimals: int) -> str:
     text = fixed(value, decimals)
-    return f"+{text}" if value > 0.0 and float(text) != 0.0 else text
+    return numeral(f"+{text}") if value > 0.0 and float(text) != 0.0 else text
 
 
 def _percent(share: float) -> str:
@@ -341,26 +355,28 @@ def _spread(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Ta
                 Cell(row.unit),
                 Cell(significant(mean), "number"),
                 Cell(significant(scatter, 2), "number"),
-                Cell(DASH, "missing", "the mean is 0")
+                Cell(DASH, "missing", said("the mean is 0"))
                 if not mean
                 else Cell(fixed(100.0 * scatter / abs(mean), 1), "number"),
                 *(measured_cell(one.deviation, one.expanded_uncertainty, _NOT_HAD) for one in degrees),
             )
         )
     return Table(
-        "Spread among the specimens, and degrees of equivalence",
+        said("Spread among the specimens, and degrees of equivalence"),
         (
-            Column("Step"),
-            Column("Quantity"),
-            Column("Unit"),
-            Column("Mean"),
-            Column("Std. dev."),
-            Column("Std. dev.", "%"),
-            *(Column(f"{side.letter} − mean ± U") for side in sides.sides),
+            Column(said("Step")),
+            Column(said("Quantity")),
+            Column(said("Unit")),
+            Column(said("Mean")),
+            Column(said("Std. dev.")),
+            Column(said("Std. dev."), "%"),
+            *(Column(said("{letter} − mean ± U", letter=side.letter)) for side in sides.sides),
         ),
         tuple(rows),
-        note="Std. dev.: standard deviation of the specimens, also in % of the mean. The mean holds each of "
-        "them, which the uncertainty of a deviation from it takes into account.",
+        note=said(
+            "Std. dev.: standard deviation of the specimens, also in % of the mean. The mean holds each of "
+            "them, which the uncertainty of a deviation from it takes into account."
+        ),
     )
 
 
@@ -370,8 +386,12 @@ def _temperature_notes(conditions: Sequence[Condition]) -> list[str]:
         known = [value for run in condition.runs if (value := start_C(run)) is not None]
         if len(known) > 1 and max(known) - min(known) > _APART_K:
             notes.append(
-                f"Step {condition.number}: the specimens were {fixed(max(known) - min(known), 1)} K apart; "
-                "the differences hold the effect of that."
+                said(
+                    "Step {number}: the specimens were {apart} K apart; the differences hold the effect of "
+                    "that.",
+                    number=condition.number,
+                    apart=fixed(max(known) - min(known), 1),
+                )
             )
     return notes
 
@@ -383,10 +403,20 @@ def _without_values(all_conditions: Sequence[Condition], compared: Sequence[Cond
         if condition.number not in {one.number for one in compared}:
             runs = [run for run in condition.runs if run is not None]
             lacking = {run.number for run in runs if not run.cycles_used}
-            why = f": {runs_text(lacking)} without a cycle that could be used" if lacking else ""
+            why = (
+                said(": {runs} without a cycle that could be used", runs=runs_text(lacking))
+                if lacking
+                else ""
+            )
             named = runs_text({run.number for run in runs})
             notes.append(
-                f"Step {condition.number} ({condition.words}): {named} have no result in common{why}."
+                said(
+                    "Step {number} ({words}): {runs} have no result in common{why}.",
+                    number=condition.number,
+                    words=condition.words,
+                    runs=named,
+                    why=why,
+                )
             )
     return notes
 
@@ -397,7 +427,12 @@ def _conformities(sides: ComparedSpecimens) -> list[Section]:
     for side in sides.sides:
         section = conformity_section(side.source)
         blocks += [
-            replace(block, title=f"{side.letter}, {side.name}: {block.title}")
+            replace(
+                block,
+                title=said(
+                    "{letter}, {name}: {title}", letter=side.letter, name=side.name, title=block.title
+                ),
+            )
             for block in (section.blocks if section is not None else ())
             if isinstance(block, Table)
         ]
@@ -408,8 +443,14 @@ def _conformities(sides: ComparedSpecimens) -> list[Section]:
     if not verdicts:
         return []
     table = Table(
-        "Verdicts",
-        (Column("Of"), Column("Specimen"), Column("Run"), Column("Run id"), Column("Verdict")),
+        said("Verdicts"),
+        (
+            Column(said("Of")),
+            Column(said("Specimen")),
+            Column(said("Run")),
+            Column(said("Run id")),
+            Column(said("Verdict")),
+        ),
         tuple(
             (
                 Cell(side.letter),
@@ -421,12 +462,16 @@ def _conformities(sides: ComparedSpecimens) -> list[Section]:
             for side, run in verdicts
         ),
     )
-    tests = [f"{side.letter}: {text}" for side in sides.sides for text in purpose_texts(side.source)]
-    said = (*drafts, *tests)
+    tests = [
+        said("{letter}: {text}", letter=side.letter, text=text)
+        for side in sides.sides
+        for text in purpose_texts(side.source)
+    ]
+    told = (*drafts, *tests)
     return [
         Section(
             "conformity",
-            "Statement of conformity by clause",
-            (*([Texts(said, listed=True)] if said else ()), table, *blocks),
+            said("Statement of conformity by clause"),
+            (*([Texts(told, listed=True)] if told else ()), table, *blocks),
         )
     ]

@@ -19,13 +19,14 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.identity import stand_sheet
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+from bufferstand.evaluation.wording import said
 from bufferstand.foundation import duration_text
 
-_ROLES = (("specimen", "Temperature of the specimen"), ("ambient", "Temperature of the air"))
+_ROLES = (("specimen", said("Temperature of the specimen")), ("ambient", said("Temperature of the air")))
 _READ = (
-    ("rest-after-assembly", "Rest between assembly and test", "h", min),
-    ("pause-limit", "Longest pause between static cycles", "s", max),
-    ("speed-limit", "Greatest speed of static cycles", "mm/s", max),
+    ("rest-after-assembly", said("Rest between assembly and test"), "h", min),
+    ("pause-limit", said("Longest pause between static cycles"), "s", max),
+    ("speed-limit", said("Greatest speed of static cycles"), "mm/s", max),
 )
 
 
@@ -39,11 +40,16 @@ def conditions_section(source: ReportSource) -> Section:
     rows.append(_between_runs(source))
     return Section(
         "conditions",
-        "Conditions of the test",
+        said("Conditions of the test"),
         (
             Table(
-                "Conditions as recorded",
-                (Column("Condition"), Column("From … to"), Column("Unit"), Column("Seen in")),
+                said("Conditions as recorded"),
+                (
+                    Column(said("Condition")),
+                    Column(said("From … to")),
+                    Column(said("Unit")),
+                    Column(said("Seen in")),
+                ),
                 tuple(rows),
             ),
             stand_sheet(source),
@@ -53,7 +59,7 @@ def conditions_section(source: ReportSource) -> Section:
 
 def _row(words: str, shown: Cell, unit: str, runs: Iterable[int]) -> tuple[Cell, ...]:
     numbers = list(runs)
-    seen = Cell(runs_text(numbers)) if numbers else Cell("no run")
+    seen = Cell(runs_text(numbers)) if numbers else Cell(said("no run"))
     return Cell(words), shown, Cell(unit), seen
 
 
@@ -70,13 +76,13 @@ def _temperature(source: ReportSource, role: str, words: str) -> tuple[Cell, ...
         if any(one.size for one in finite):
             numbers.append(run.number)
             values += [float(end(one)) for one in finite if one.size for end in (np.min, np.max)]
-    shown = _span(values, 1) if values else _missing("no sensor of this kind was recorded")
+    shown = _span(values, 1) if values else _missing(said("no sensor of this kind was recorded"))
     return _row(words, shown, "°C", numbers)
 
 
 def _span(values: Sequence[float], decimals: int) -> Cell:
     low, high = fixed(min(values), decimals), fixed(max(values), decimals)
-    return Cell(low if low == high else f"{low} … {high}", "number")
+    return Cell(low if low == high else said("{low} … {high}", low=low, high=high), "number")
 
 
 def _required(
@@ -89,7 +95,7 @@ def _required(
         if requirement["id"] == identifier and (value := usable(requirement.get("measured"))) is not None
     ]
     if not found:
-        return _row(words, _missing("no run shows it"), unit, ())
+        return _row(words, _missing(said("no run shows it")), unit, ())
     shown = Cell(significant(worst([value for _, value in found])), "number")
     return _row(words, shown, unit, dict.fromkeys(number for number, _ in found))
 
@@ -100,8 +106,8 @@ def _speed(source: ReportSource) -> tuple[Cell, ...]:
         for run in source.runs
         if run.kind == "harmonic" and (value := _greatest_speed(run)) is not None
     }
-    shown = _span(list(speeds.values()), 1) if speeds else _missing("no harmonic run shows a speed")
-    return _row("Greatest speed of harmonic runs", shown, "mm/s", speeds)
+    shown = _span(list(speeds.values()), 1) if speeds else _missing(said("no harmonic run shows a speed"))
+    return _row(said("Greatest speed of harmonic runs"), shown, "mm/s", speeds)
 
 
 def _greatest_speed(run: ReportRun) -> float | None:
@@ -117,14 +123,14 @@ def _speeds(cycle: Mapping[str, Any]) -> list[float]:
 
 
 def _between_runs(source: ReportSource) -> tuple[Cell, ...]:
-    words = "Longest pause between runs"
+    words = said("Longest pause between runs")
     pairs = zip(source.runs, source.runs[1:], strict=False)
     pauses = [pause for one, two in pairs if (pause := _pause_s(one, two)) is not None]
     if not pauses:
-        return _row(words, _missing("fewer than two runs with start and end on record"), "–", ())
+        return _row(words, _missing(said("fewer than two runs with start and end on record")), "–", ())
     longest = max(pauses)
     if longest < 0.0:
-        return _row(words, _missing("the runs overlap on the clock on the wall"), "–", ())
+        return _row(words, _missing(said("the runs overlap on the clock on the wall")), "–", ())
     return _row(words, Cell(duration_text(longest), "number"), "–", [run.number for run in source.runs])
 
 

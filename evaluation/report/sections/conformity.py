@@ -38,24 +38,25 @@ from bufferstand.evaluation.report.source import (
     runs_text,
 )
 from bufferstand.evaluation.requirements import LimitSet
+from bufferstand.evaluation.wording import joined, numeral, said
 
 _STATEMENTS: dict[str, tuple[str, Tone]] = {
-    "pass": ("✓ met", "good"),
-    "conditional-pass": ("(✓) met, nearer to the limit than U", "good"),
-    "conditional-fail": ("(✗) not met, nearer to the limit than U", "bad"),
-    "fail": ("✗ not met", "bad"),
-    "inconclusive": ("◇ not decided", "open"),
-    "not-tested": ("◇ not tested", "open"),
-    "invalid": ("✗ not stated: conditions broken", "bad"),
+    "pass": (said("✓ met"), "good"),
+    "conditional-pass": (said("(✓) met, nearer to the limit than U"), "good"),
+    "conditional-fail": (said("(✗) not met, nearer to the limit than U"), "bad"),
+    "fail": (said("✗ not met"), "bad"),
+    "inconclusive": (said("◇ not decided"), "open"),
+    "not-tested": (said("◇ not tested"), "open"),
+    "invalid": (said("✗ not stated: conditions broken"), "bad"),
 }
-_EXPLANATION = (
-    "A statement is that of the gravest verdict among the runs and cycles named beside it; the value with U "
-    "and the conformance probability are those of the cycle nearest to a limit. What is not decided or not "
-    "tested is neither met nor not met."
+_EXPLANATION = said(
+    "A statement is that of the gravest verdict among the runs and cycles named beside it; the "
+    "value with U and the conformance probability are those of the cycle nearest to a limit. "
+    "What is not decided or not tested is neither met nor not met."
 )
-_DRAFT = "A draft states nothing yet: what it lacks is on the first page."
-_NOT_MEASURED = "nothing was measured of it"
-_NO_PROBABILITY = "not judged by an uncertainty"
+_DRAFT = said("A draft states nothing yet: what it lacks is on the first page.")
+_NOT_MEASURED = said("nothing was measured of it")
+_NO_PROBABILITY = said("not judged by an uncertainty")
 _OPEN = frozenset({"inconclusive", "not-tested"})
 
 
@@ -96,7 +97,10 @@ def conformity_section(source: ReportSource) -> Section | None:
     blocks: list[Block] = []
     if texts := purpose_texts(source):
         blocks.append(Texts(texts, listed=True))
-    for conditions, words in ((False, "requirements on the specimen"), (True, "conditions of the test")):
+    for conditions, words in (
+        (False, said("requirements on the specimen")),
+        (True, said("conditions of the test")),
+    ):
         chosen = [one for one in stated.values() if is_condition(one.requirement) is conditions]
         if chosen:
             blocks.append(_table(words, chosen))
@@ -104,22 +108,22 @@ def conformity_section(source: ReportSource) -> Section | None:
         drafts = (_DRAFT,) if any(is_draft(one.requirement) for one in stated.values()) else ()
         blocks.append(Texts((_EXPLANATION, *drafts)))
     blocks += inspection_blocks(source)
-    return Section("conformity", "Statement of conformity by clause", tuple(blocks))
+    return Section("conformity", said("Statement of conformity by clause"), tuple(blocks))
 
 
 def _table(words: str, stated: Sequence[_Stated]) -> Table:
     return Table(
-        f"Conformity: {words}",
+        said("Conformity: {words}", words=words),
         (
-            Column("Requirement"),
-            Column("Clause"),
-            Column("Permitted"),
-            Column("Unit"),
-            Column("Least … greatest"),
-            Column("Measured ± U"),
-            Column("Conf. prob."),
-            Column("Runs (cycles)"),
-            Column("Statement"),
+            Column(said("Requirement")),
+            Column(said("Clause")),
+            Column(said("Permitted")),
+            Column(said("Unit")),
+            Column(said("Least … greatest")),
+            Column(said("Measured ± U")),
+            Column(said("Conf. prob.")),
+            Column(said("Runs (cycles)")),
+            Column(said("Statement")),
         ),
         tuple(_row(one) for one in stated),
     )
@@ -129,7 +133,7 @@ def _row(one: _Stated) -> tuple[Cell, ...]:
     requirement, nearest = one.requirement, one.nearest()
     unit = str(requirement.get("unit") or "")
     text, tone = _STATEMENTS[worst([str(row["verdict"]) for row in one.judged])]
-    draft = ", draft" if is_draft(requirement) else ""
+    draft = said(", draft") if is_draft(requirement) else ""
     probability = usable(nearest.get("conformance_probability"))
     return (
         Cell(name_of(requirement)),
@@ -141,7 +145,7 @@ def _row(one: _Stated) -> tuple[Cell, ...]:
         Cell(DASH, "missing", _NO_PROBABILITY)
         if probability is None
         else Cell(probability_text(probability), "number"),
-        Cell("; ".join(_of(number, cycles) for number, cycles in one.runs.items())),
+        Cell(joined("; ", (_of(number, cycles) for number, cycles in one.runs.items()))),
         Cell(text + draft, tone),
     )
 
@@ -159,7 +163,11 @@ def _range(values: Sequence[float], expanded: float | None) -> Cell:
 
 
 def _of(number: int, cycles: Sequence[int]) -> str:
-    return f"{number} ({', '.join(map(str, cycles))})" if cycles else str(number)
+    return (
+        said("{number} ({list})", number=number, list=joined(", ", map(str, cycles)))
+        if cycles
+        else str(number)
+    )
 
 
 def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Section:
@@ -172,17 +180,28 @@ def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Sect
     for run in source.runs:
         rows = [row for row in run.stated if row["verdict"] in _OPEN]
         if rows and run is told:
-            names = ", ".join(dict.fromkeys(name_of(row) for row in rows))
-            items.append(f"Run {run.number}: {names}. The reasons stand on the first page.")
+            names = joined(", ", dict.fromkeys(name_of(row) for row in rows))
+            items.append(
+                said(
+                    "Run {number}: {names}. The reasons stand on the first page.",
+                    number=run.number,
+                    names=names,
+                )
+            )
         else:
-            items += [f"Run {run.number}: {point}." for point in grouped_points(rows)]
+            items += [
+                said("Run {number}: {point}.", number=run.number, point=point)
+                for point in grouped_points(rows)
+            ]
     items += [text for limits in source.limit_sets for text in _parts_without_a_run(source, limits)]
     items += source.fields.not_tested
     without = [run.number for run in source.runs if run.evaluated.get("verdict") is None]
     if without:
         items.append(
-            f"Nothing is required of {runs_text(without)}: what was measured states characteristics, and no "
-            "conformity."
+            said(
+                "Nothing is required of {runs}: what was measured states characteristics, and no conformity.",
+                runs=runs_text(without),
+            )
         )
     known = {limits.sha256 for limits in source.limit_sets}
     unknown = {
@@ -191,36 +210,53 @@ def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Sect
         if (limits := run.evaluated.get("limit_set")) and limits.get("sha256") not in known
     }
     items += [
-        f"Which further parts limit set {name} has is not known here: give it by --limits."
+        said("Which further parts limit set {name} has is not known here: give it by --limits.", name=name)
         for name in sorted(unknown)
     ]
     return Section(
-        "not-tested", "What was not tested", (Texts(tuple(items) or ("Nothing was left out.",), listed=True),)
+        "not-tested",
+        said("What was not tested"),
+        (Texts(tuple(items) or (said("Nothing was left out."),), listed=True),),
     )
 
 
 def _parts_without_a_run(source: ReportSource, limits: LimitSet) -> list[str]:
     """Return the parts of a limit set that no run of the report is a test of."""
     kinds = {run.kind for run in source.runs if not run.characterises}
-    of = f"{limits.standard} (limit set {limits.id})"
+    of = said("{standard} (limit set {id})", standard=limits.standard, id=limits.id)
     parts = []
     if limits.covers("static") and "static" not in kinds:
         parts.append(
-            f"Static characteristic of {of}: this report has no static run that is a conformity test."
+            said(
+                "Static characteristic of {of}: this report has no static run that is a conformity test.",
+                of=of,
+            )
         )
     if limits.covers("impact") and "impact" not in kinds:
         clause, _ = limits.reference(limits.impact)
         parts.append(
-            f"Impact test of {of}{f', {clause}' if clause else ''}: this report has no record of an impact."
+            said(
+                "Impact test of {of}{what}: this report has no record of an impact.",
+                of=of,
+                what=joined("", (", ", clause)) if clause else "",
+            )
         )
     applied = {_proof_load(run) for run in source.runs if run.kind == "proof" and not run.characterises}
     absent = [load for load in (limits.proof.load if limits.proof else ()) if load.id not in applied]
     if absent:
-        loads = ", ".join(
-            f"{load.id}" + (f" (≥ {force:g} kN)" if (force := usable(load.force_min_kN)) is not None else "")
-            for load in absent
+        loads = joined(
+            ", ",
+            (
+                load.id
+                + (
+                    said(" (≥ {force} kN)", force=numeral(f"{force:g}"))
+                    if (force := usable(load.force_min_kN)) is not None
+                    else ""
+                )
+                for load in absent
+            ),
         )
-        parts.append(f"Proof loads of {of}: no record of {loads}.")
+        parts.append(said("Proof loads of {of}: no record of {loads}.", of=of, loads=loads))
     return parts
 
 

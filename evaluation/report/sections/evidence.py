@@ -21,21 +21,23 @@ from bufferstand.evaluation.report.content import (
     usable,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.wording import label, numeral, said
 
-_EXPLANATION = (
-    "A force that is recorded late or early against the stroke changes the area of the loop: the first "
-    "columns say what 1 ms more of delay_s at the force would change. Draw wires: the largest difference of "
-    "the two, the part of it that is no straight line over the stroke (tilt), and what they permit. "
-    "Inertia: force of the mass between load cell and specimen, added to the measured one."
+_EXPLANATION = said(
+    "A force that is recorded late or early against the stroke changes the area of the loop: the "
+    "first columns say what 1 ms more of delay_s at the force would change. Draw wires: the "
+    "largest difference of the two, the part of it that is no straight line over the stroke "
+    "(tilt), and what they permit. Inertia: force of the mass between load cell and specimen, "
+    "added to the measured one."
 )
-_NO_SKEW = "no cycle that could be shifted"
-_NO_SHARE = "the result itself is missing or less than the change"
-_ONE_WIRE = "the record has no two draw wires"
-_NO_LIMIT = "the channels state no accuracy"
-_WIRE_OUT = "a draw wire is out: the other one alone is the stroke"
+_NO_SKEW = said("no cycle that could be shifted")
+_NO_SHARE = said("the result itself is missing or less than the change")
+_ONE_WIRE = said("the record has no two draw wires")
+_NO_LIMIT = said("the channels state no accuracy")
+_WIRE_OUT = said("a draw wire is out: the other one alone is the stroke")
 FIGURES = (
-    ("end_force_kN", "End force", "kN"),
-    *((entry.name, entry.label, entry.printed_unit) for entry in map(QUANTITIES.named, COMPARED[1:])),
+    ("end_force_kN", said("End force"), "kN"),
+    *((entry.name, label(entry.label), entry.printed_unit) for entry in map(QUANTITIES.named, COMPARED[1:])),
 )
 """What is compared at equal stroke, as the evaluation document names it."""
 
@@ -47,21 +49,23 @@ def evidence_section(source: ReportSource) -> Section | None:
     if not runs:
         return None
     table = Table(
-        "Skew, draw wires and inertia",
+        said("Skew, draw wires and inertia"),
         (
-            Column("Run"),
-            Column("Wₐ per ms", "J"),
-            Column("Wₐ per ms", "%"),
-            Column("Damping per ms", "–"),
-            Column("Damping per ms", "%"),
-            Column("Wires differ by", "mm"),
-            Column("of it tilt", "mm"),
-            Column("permitted", "mm"),
-            Column("Inertia"),
+            Column(said("Run")),
+            Column(said("Wₐ per ms"), "J"),
+            Column(said("Wₐ per ms"), "%"),
+            Column(said("Damping per ms"), "–"),
+            Column(said("Damping per ms"), "%"),
+            Column(said("Wires differ by"), "mm"),
+            Column(said("of it tilt"), "mm"),
+            Column(said("permitted"), "mm"),
+            Column(said("Inertia")),
         ),
         tuple(_row(run) for run in runs),
     )
-    return Section("evidence", "Skew, draw wires and inertia", (Texts((_EXPLANATION,)), table), annex=True)
+    return Section(
+        "evidence", said("Skew, draw wires and inertia"), (Texts((_EXPLANATION,)), table), annex=True
+    )
 
 
 def _row(run: ReportRun) -> tuple[Cell, ...]:
@@ -94,7 +98,7 @@ def _wires(wires: Mapping[str, Any] | None) -> tuple[Cell, Cell, Cell]:
     if not wires:
         return (Cell(DASH, "missing", _ONE_WIRE),) * 3
     tilt, limit = usable(wires.get("remaining_mm")), usable(wires.get("limit_mm"))
-    why_no_tilt = _WIRE_OUT if wires.get("out") else "the stroke does not move"
+    why_no_tilt = _WIRE_OUT if wires.get("out") else said("the stroke does not move")
     return (
         measured_cell(round(float(wires["largest_difference_mm"]), 2), None, _ONE_WIRE),
         Cell(DASH, "missing", why_no_tilt) if tilt is None else Cell(fixed(tilt, 2), "number"),
@@ -106,11 +110,11 @@ def inertia_text(inertia: Mapping[str, Any] | None) -> str:
     """Return what was done about inertia, in words."""
     mass = usable((inertia or {}).get("moving_mass_kg"))
     if inertia is None or not mass:
-        return "not corrected"
-    whose = "stand file" if inertia.get("source") == "stand" else "as given for this evaluation"
+        return said("not corrected")
+    whose = said("stand file") if inertia.get("source") == "stand" else said("as given for this evaluation")
     largest = usable(inertia.get("largest_force_kN"))
-    force = "" if largest is None else f", up to {significant(largest, 2)} kN"
-    return f"{significant(mass)} kg ({whose}){force}"
+    force = "" if largest is None else said(", up to {largest} kN", largest=significant(largest, 2))
+    return said("{mass} kg ({whose}){force}", mass=significant(mass), whose=whose, force=force)
 
 
 def temperature_section(source: ReportSource) -> Section | None:
@@ -120,7 +124,7 @@ def temperature_section(source: ReportSource) -> Section | None:
         blocks.append(_changes(source, comparison))
         if warnings := [str(text) for text in comparison.get("warnings") or []]:
             blocks.append(Texts(tuple(warnings), listed=True))
-    return Section("temperature", "Comparison of temperatures", tuple(blocks)) if blocks else None
+    return Section("temperature", said("Comparison of temperatures"), tuple(blocks)) if blocks else None
 
 
 def number_of(source: ReportSource, identifier: object) -> str:
@@ -136,24 +140,31 @@ def _changes(source: ReportSource, comparison: Mapping[str, Any]) -> Table:
         for figure in FIGURES
         if figure[0] in run["changes"]
     ]
-    named = f"run {number_of(source, reference['run'])} at {reference['temperature_C']:.1f} °C"
+    named = said(
+        "run {source} at {temperature_c} °C",
+        source=number_of(source, reference["run"]),
+        temperature_c=numeral(f"{reference['temperature_C']:.1f}"),
+    )
     return Table(
-        f"Against {named}, at equal stroke",
+        said("Against {named}, at equal stroke", named=named),
         (
-            Column("Run"),
-            Column("Temperature", "°C"),
-            Column("Stroke from", "mm"),
+            Column(said("Run")),
+            Column(said("Temperature"), "°C"),
+            Column(said("Stroke from"), "mm"),
             Column("to", "mm"),
-            Column("Figure"),
-            Column("Reference"),
-            Column("This run"),
-            Column("Unit"),
-            Column("Change ± U", "%"),
-            Column("per kelvin ± U", "%/K"),
+            Column(said("Figure")),
+            Column(said("Reference")),
+            Column(said("This run")),
+            Column(said("Unit")),
+            Column(said("Change ± U"), "%"),
+            Column(said("per kelvin ± U"), "%/K"),
         ),
         tuple(rows),
-        note="Temperature is that of the specimen at the start of the cycles. A loop that reaches further is "
-        "cut at the stroke that both reach. Errors that both runs have in common cancel; U has what is left.",
+        note=said(
+            "Temperature is that of the specimen at the start of the cycles. A loop that reaches further "
+            "is cut at the stroke that both reach. Errors that both runs have in common cancel; U has "
+            "what is left."
+        ),
     )
 
 
@@ -165,7 +176,7 @@ def _change_row(
     unit: str,
     change: Mapping[str, Any],
 ) -> tuple[Cell, ...]:
-    why = "not to be had from one of the two runs"
+    why = said("not to be had from one of the two runs")
     rounded_as = "force_max_kN" if name == "end_force_kN" else name
     return (
         Cell(number_of(source, run["run"]), "number"),
@@ -188,15 +199,15 @@ def _percent(value: object, expanded: object, why: str) -> Cell:
 def as_recorded(source: ReportSource, comparison: Mapping[str, Any]) -> Table:
     """Return the runs of a comparison as recorded: end of stroke, end force and damping."""
     runs: Sequence[Mapping[str, Any]] = [comparison["reference"], *comparison["runs"]]
-    why = "not to be had from the run"
+    why = said("not to be had from the run")
     return Table(
-        "The runs as recorded",
+        said("The runs as recorded"),
         (
-            Column("Run"),
-            Column("Temperature", "°C"),
-            Column("End stroke", "mm"),
-            Column("End force", "kN"),
-            Column("Damping Wₐ/Wₛ", "–"),
+            Column(said("Run")),
+            Column(said("Temperature"), "°C"),
+            Column(said("End stroke"), "mm"),
+            Column(said("End force"), "kN"),
+            Column(said("Damping Wₐ/Wₛ"), "–"),
         ),
         tuple(
             (

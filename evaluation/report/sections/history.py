@@ -16,35 +16,41 @@ from bufferstand.evaluation.report.content import (
     Texts,
     fixed,
     measured_cell,
+    moment_of,
     quantity_cell,
     significant,
     usable,
 )
 from bufferstand.evaluation.report.sections.evidence import number_of
 from bufferstand.evaluation.report.sections.verdicts import verdict_cell
-from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
+from bufferstand.evaluation.report.source import ReportRun, ReportSource, numbers_text
+from bufferstand.evaluation.wording import hold_words, joined, label, moment, said
 from bufferstand.foundation.channels import STROKE_CHANNELS
 
 Entry = Mapping[str, Any]
 
 MOST_ROWS = 6
 """Of a run with more holds or residual strokes the first and the last so many are printed."""
-_SETTLED = [(entry.name, entry.settled.heading) for entry in SETTLING if entry.settled.heading]
+_SETTLED = [(entry.name, label(entry.settled.heading)) for entry in SETTLING if entry.settled.heading]
 _COMPARED = (
-    ("preload_kN", "Preload", "kN"),
-    *((entry.name, entry.label, entry.printed_unit) for entry in QUANTITIES if entry.shown.before_after),
+    ("preload_kN", said("Preload"), "kN"),
+    *(
+        (entry.name, label(entry.label), entry.printed_unit)
+        for entry in QUANTITIES
+        if entry.shown.before_after
+    ),
 )
 _ZEROED = (
-    *((name, f"Draw wire {name.removeprefix('stroke_')}", "mm") for name in STROKE_CHANNELS),
-    ("position", "Piston", "mm"),
-    ("force", "Force", "kN"),
+    *((name, said("Draw wire {what}", what=name.removeprefix("stroke_")), "mm") for name in STROKE_CHANNELS),
+    ("position", said("Piston"), "mm"),
+    ("force", said("Force"), "kN"),
 )
 """Channels whose zero is shown: name, label, unit; a third and a fourth draw wire where it was zeroed."""
 _SOMETIMES = STROKE_CHANNELS[2:]
-_NO_U = "the channels state no accuracy"
-_FEW = "fewer than three complete cycles, or one of them is without this figure"
-_NONE_EVALUATED = "no cycle was evaluated"
-_OPEN = "the last cycle is not within 2 % of those before it"
+_NO_U = said("the channels state no accuracy")
+_FEW = said("fewer than three complete cycles, or one of them is without this figure")
+_NONE_EVALUATED = said("no cycle was evaluated")
+_OPEN = said("the last cycle is not within 2 % of those before it")
 
 
 def contact_section(source: ReportSource) -> Section | None:
@@ -52,24 +58,28 @@ def contact_section(source: ReportSource) -> Section | None:
     runs = [(run, contact) for run in source.runs if (contact := run.evaluated.get("first_contact"))]
     zeros = _zeros_table(source)
     if not runs:
-        return None if zeros is None else Section("first-contact", "First contact", (zeros,), annex=True)
+        return (
+            None if zeros is None else Section("first-contact", said("First contact"), (zeros,), annex=True)
+        )
     table = Table(
-        "Place of first contact",
+        said("Place of first contact"),
         (
-            Column("Run"),
-            Column("Contact at stroke ± U", "mm"),
-            Column("Zero counted from contact ± U", "mm"),
-            Column("Zero stated within", "mm"),
-            Column("Force before contact", "kN"),
-            Column("Zero"),
+            Column(said("Run")),
+            Column(said("Contact at stroke ± U"), "mm"),
+            Column(said("Zero counted from contact ± U"), "mm"),
+            Column(said("Zero stated within"), "mm"),
+            Column(said("Force before contact"), "kN"),
+            Column(said("Zero")),
         ),
         tuple(_contact(run, contact) for run, contact in runs),
-        note="Where the force leaves its rest level on the first approach. A zero that lies before the "
-        "contact is negative. Off: by more than U and what the channels state. Requirements that this could "
-        "change say so in their reason.",
+        note=said(
+            "Where the force leaves its rest level on the first approach. A zero that lies before the "
+            "contact is negative. Off: by more than U and what the channels state. Requirements that "
+            "this could change say so in their reason."
+        ),
     )
     return Section(
-        "first-contact", "First contact", (table,) if zeros is None else (zeros, table), annex=True
+        "first-contact", said("First contact"), (table,) if zeros is None else (zeros, table), annex=True
     )
 
 
@@ -84,31 +94,33 @@ def _zeros_table(source: ReportSource) -> Table | None:
     set_to_zero = {one["name"] for _, zero in found.values() for one in zero["channel"]}
     shown = [one for one in _ZEROED if one[0] not in _SOMETIMES or one[0] in set_to_zero]
     return Table(
-        "How the zero was set",
+        said("How the zero was set"),
         (
-            Column("Runs"),
-            Column("By"),
-            Column("Found (UTC)"),
-            *(Column(f"{label} ± U", unit) for _, label, unit in shown),
+            Column(said("Runs")),
+            Column(said("By")),
+            Column(said("Found (UTC)") if source.language.is_plain else said("Found")),
+            *(Column(said("{label} ± U", label=label), unit) for _, label, unit in shown),
         ),
         tuple(_zero(numbers, zero, [name for name, _, _ in shown]) for numbers, zero in found.values()),
-        note="What the channels read at the zero; it is taken off. By touch: the piston creeps to a small "
-        "force and back before the first stroke, and first contact is found from the samples. U holds noise, "
-        "fit, resolution and what the channel states for its zero.",
+        note=said(
+            "What the channels read at the zero; it is taken off. By touch: the piston creeps to a small "
+            "force and back before the first stroke, and first contact is found from the samples. U "
+            "holds noise, fit, resolution and what the channel states for its zero."
+        ),
     )
 
 
 def _zero(numbers: Sequence[int], zero: Entry, names: Sequence[str]) -> tuple[Cell, ...]:
     channels = {one["name"]: one for one in zero["channel"]}
-    how = {"touch": "touch", "tare": "tare at rest"}[zero["how"]]
-    by = f"{how}, taken over" if zero.get("taken_over") else how
+    how = {"touch": said("touch"), "tare": said("tare at rest")}[zero["how"]]
+    by = said("{how}, taken over", how=how) if zero.get("taken_over") else how
     read = [channels.get(name) for name in names]
     return (
-        Cell(runs_text(numbers).partition(" ")[2]),
+        Cell(numbers_text(numbers)),
         Cell(by),
-        Cell(str(zero["found"])[:16].replace("T", " ")),
+        Cell(_found(str(zero["found"]))),
         *(
-            Cell(DASH, "missing", "this channel was not zeroed")
+            Cell(DASH, "missing", said("this channel was not zeroed"))
             if one is None
             else measured_cell(one["value"], 2.0 * one["u"], "")
             for one in read
@@ -116,12 +128,18 @@ def _zero(numbers: Sequence[int], zero: Entry, names: Sequence[str]) -> tuple[Ce
     )
 
 
+def _found(text: str) -> str:
+    """Return when a zero was found; in English to the minute, its heading names the zone."""
+    short, at = text[:16].replace("T", " "), moment_of(text)
+    return short if at is None else moment(at, english=short)
+
+
 def _contact(run: ReportRun, contact: Entry) -> tuple[Cell, ...]:
-    why = str(contact.get("why") or "the record does not show it")
+    why = str(contact.get("why") or said("the record does not show it"))
     U, rest = contact.get("expanded_uncertainty"), usable(contact.get("rest_force_kN"))
     stated = usable(contact.get("stated_zero_mm"))
     shown = usable(contact.get("stroke_mm")) is not None
-    judged = Cell("off", "bad") if contact.get("beyond") else Cell("kept")
+    judged = Cell(said("off"), "bad") if contact.get("beyond") else Cell(said("kept"))
     return (
         Cell(str(run.number), "number"),
         measured_cell(contact.get("stroke_mm"), U, why),
@@ -145,64 +163,67 @@ def history_section(source: ReportSource) -> Section | None:
     ]
     if not blocks:
         return None
-    return Section("history", "What the records hold besides", tuple(blocks), annex=True)
+    return Section("history", said("What the records hold besides"), tuple(blocks), annex=True)
 
 
 _HOLDS = (
-    "Holds at the top",
+    said("Holds at the top"),
     (
-        Column("Run"),
-        Column("Cycle"),
-        Column("Kind"),
-        Column("Length", "s"),
-        Column("Force from", "kN"),
-        Column("to", "kN"),
-        Column("a decade of time ± U", "kN"),
-        Column("Stroke from", "mm"),
-        Column("to", "mm"),
-        Column("a decade of time ± U", "mm"),
+        Column(said("Run")),
+        Column(said("Cycle")),
+        Column(said("Kind")),
+        Column(said("Length"), "s"),
+        Column(said("Force from"), "kN"),
+        Column(said("to"), "kN"),
+        Column(said("a decade of time ± U"), "kN"),
+        Column(said("Stroke from"), "mm"),
+        Column(said("to"), "mm"),
+        Column(said("a decade of time ± U"), "mm"),
     ),
 )
-_HOLDS_NOTE = (
-    "Relaxation: the force changes while the stroke rests; creep: the other way round. The change a decade "
-    "is that of each tenfold time since the arrival."
+_HOLDS_NOTE = said(
+    "Relaxation: the force changes while the stroke rests; creep: the other way round. The "
+    "change a decade is that of each tenfold time since the arrival."
 )
 _RESIDUAL = (
-    "Residual strokes",
+    said("Residual strokes"),
     (
-        Column("Run"),
-        Column("Cycle"),
-        Column("Stays after the stroke ± U", "mm"),
-        Column("Pause", "s"),
-        Column("Taken back in it", "mm"),
+        Column(said("Run")),
+        Column(said("Cycle")),
+        Column(said("Stays after the stroke ± U"), "mm"),
+        Column(said("Pause"), "s"),
+        Column(said("Taken back in it"), "mm"),
     ),
 )
-_RESIDUAL_NOTE = "What stays of a stroke that ends in a pause; U without the errors that both its ends share."
+_RESIDUAL_NOTE = said(
+    "What stays of a stroke that ends in a pause; U without the errors that both its ends share."
+)
 _COURSE = (
-    "Settling and cumulated energy",
+    said("Settling and cumulated energy"),
     (
-        Column("Run"),
-        Column("Complete cycles"),
-        *(Column(f"{words}, first to last ± U", "%") for _, words in _SETTLED),
-        Column("All settled from cycle"),
-        Column("Absorbed in all ± U", "kJ"),
-        Column("Cycles not evaluated"),
+        Column(said("Run")),
+        Column(said("Complete cycles")),
+        *(Column(said("{words}, first to last ± U", words=words), "%") for _, words in _SETTLED),
+        Column(said("All settled from cycle")),
+        Column(said("Absorbed in all ± U"), "kJ"),
+        Column(said("Cycles not evaluated")),
     ),
 )
-_COURSE_NOTE = (
-    "U of a change is by the scatter of neighbouring cycles, as errors of the channels are common to all; it "
-    "takes four cycles. Settled: all later cycles stay within 2 % of the mean of the last quarter. The "
-    "absorbed energy is a lower bound where cycles were not evaluated; its U is the sum of theirs."
+_COURSE_NOTE = said(
+    "U of a change is by the scatter of neighbouring cycles, as errors of the channels are "
+    "common to all; it takes four cycles. Settled: all later cycles stay within 2 % of the mean "
+    "of the last quarter. The absorbed energy is a lower bound where cycles were not evaluated; "
+    "its U is the sum of theirs."
 )
 _PROOF = (
-    "Proof loads added over runs",
+    said("Proof loads added over runs"),
     (
-        Column("Specimen"),
-        Column("Proof load"),
-        Column("Run"),
-        Column("Load cycles"),
-        Column("Verdict"),
-        Column("In all"),
+        Column(said("Specimen")),
+        Column(said("Proof load")),
+        Column(said("Run")),
+        Column(said("Load cycles")),
+        Column(said("Verdict")),
+        Column(said("In all")),
     ),
 )
 
@@ -221,11 +242,20 @@ def _listed(
     for run in source.runs:
         entries = list(run.evaluated.get(key) or [])
         if len(entries) > 2 * MOST_ROWS:
-            left.append(f"run {run.number}: {2 * MOST_ROWS} of {len(entries)}")
+            left.append(
+                said(
+                    "run {number}: {most_rows} of {count_of_entries}",
+                    number=run.number,
+                    most_rows=2 * MOST_ROWS,
+                    count_of_entries=len(entries),
+                )
+            )
             entries = [*entries[:MOST_ROWS], *entries[-MOST_ROWS:]]
         rows += [row(run, entry) for entry in entries]
     if left:
-        note += f" Of many in one run the first and the last are printed ({'; '.join(left)})."
+        note += said(
+            " Of many in one run the first and the last are printed ({list}).", list=joined("; ", left)
+        )
     return rows, note
 
 
@@ -233,7 +263,7 @@ def _hold(run: ReportRun, hold: Entry) -> tuple[Cell, ...]:
     return (
         Cell(str(run.number), "number"),
         Cell(str(hold["cycle"]), "number"),
-        Cell(str(hold["kind"])),
+        Cell(hold_words(hold["kind"])),
         Cell(fixed(hold["duration_s"], 1), "number"),
         *(Cell(fixed(hold[f"force_{end}_kN"], 1), "number") for end in ("start", "end")),
         _per_decade(hold["force_per_decade_kN"]),
@@ -266,7 +296,13 @@ def _parts(run: ReportRun) -> Iterable[int | None]:
 
 def _course(run: ReportRun, part: int | None) -> tuple[Cell, ...]:
     own = {one["quantity"]: one for one in run.evaluated.get("settling") or [] if one["part"] == part}
-    span = next((f"{one['first_cycle']} – {one['last_cycle']}" for one in own.values()), None)
+    span = next(
+        (
+            said("{first_cycle} – {last_cycle}", first_cycle=one["first_cycle"], last_cycle=one["last_cycle"])
+            for one in own.values()
+        ),
+        None,
+    )
     settled = [own[name]["settled_at_cycle"] for name, _ in _SETTLED if name in own]
     last = Cell(DASH, "missing", _FEW)
     if settled:
@@ -292,15 +328,17 @@ def _change(one: Entry | None) -> Cell:
 
 def _energy(run: ReportRun, part: int | None) -> tuple[Cell, Cell]:
     if part not in (None, 1):
-        return Cell("see above"), Cell("")  # the sum is the run's, over all its steps
+        return Cell(said("see above")), Cell("")  # the sum is the run's, over all its steps
     energy = run.evaluated.get("cumulated_energy_J")
     if energy is None:
-        return Cell(DASH, "missing", _NONE_EVALUATED), Cell("all")
+        return Cell(DASH, "missing", _NONE_EVALUATED), Cell(said("all"))
     U = usable(energy["expanded_uncertainty"])
     left = energy["not_evaluated"]
     return (
         measured_cell(1e-3 * energy["absorbed"], None if U is None else 1e-3 * U, _NO_U),
-        Cell(", ".join(map(str, left[:MOST_ROWS])) + (" …" if len(left) > MOST_ROWS else "") or "none"),
+        Cell(
+            joined(", ", map(str, left[:MOST_ROWS])) + (" …" if len(left) > MOST_ROWS else "") or said("none")
+        ),
     )
 
 
@@ -328,21 +366,26 @@ def _before_after(source: ReportSource) -> list[Table | Texts]:
         ]
         blocks.append(
             Table(
-                f"Before and after: specimen {entry['specimen']}, against run "
-                f"{number_of(source, before['run'])}",
+                said(
+                    "Before and after: specimen {specimen}, against run {source}",
+                    specimen=entry["specimen"],
+                    source=number_of(source, before["run"]),
+                ),
                 (
-                    Column("Run"),
-                    Column("Temperature", "°C"),
-                    Column("Figure"),
-                    Column("Before"),
-                    Column("After"),
-                    Column("Change ± U"),
-                    Column("Unit"),
-                    Column("Change", "%"),
-                    Column("Beyond U"),
+                    Column(said("Run")),
+                    Column(said("Temperature"), "°C"),
+                    Column(said("Figure")),
+                    Column(said("Before")),
+                    Column(said("After")),
+                    Column(said("Change ± U")),
+                    Column(said("Unit")),
+                    Column(said("Change"), "%"),
+                    Column(said("Beyond U")),
                 ),
                 tuple(rows),
-                note="Errors that both runs have in common cancel as far as they act alike; U has the rest.",
+                note=said(
+                    "Errors that both runs have in common cancel as far as they act alike; U has the rest."
+                ),
             )
         )
         if warnings := [str(text) for text in entry.get("warnings") or []]:
@@ -357,15 +400,15 @@ def _changed(
     relative, beyond = usable(change["relative_change"]), change["beyond"]
     return (
         Cell(number_of(source, after["run"]), "number"),
-        quantity_cell("temperature_C", after["temperature_C"], "no specimen temperature on record"),
+        quantity_cell("temperature_C", after["temperature_C"], said("no specimen temperature on record")),
         Cell(words),
-        *(quantity_cell(shown, change[key], "not to be had") for key in ("before", "after")),
-        measured_cell(change["change"], change["expanded_uncertainty"], "not to be had"),
+        *(quantity_cell(shown, change[key], said("not to be had")) for key in ("before", "after")),
+        measured_cell(change["change"], change["expanded_uncertainty"], said("not to be had")),
         Cell(unit),
-        Cell(DASH, "missing", "it was 0 before")
+        Cell(DASH, "missing", said("it was 0 before"))
         if relative is None
         else Cell(fixed(100.0 * relative, 2), "number"),
-        Cell(DASH, "missing", _NO_U) if beyond is None else Cell("yes" if beyond else "no"),
+        Cell(DASH, "missing", _NO_U) if beyond is None else Cell(said("yes") if beyond else said("no")),
     )
 
 
@@ -376,7 +419,7 @@ def _proof(source: ReportSource, total: Entry) -> list[tuple[Cell, ...]]:
             Cell(str(total["proof_load"])),
             Cell(number_of(source, run["run"]), "number"),
             Cell(str(run["load_cycles"]), "number"),
-            verdict_cell(run["verdict"], "nothing is required of it"),
+            verdict_cell(run["verdict"], said("nothing is required of it")),
             Cell(str(total["load_cycles"]), "number"),
         )
         for run in total["runs"]

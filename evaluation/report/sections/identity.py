@@ -13,38 +13,46 @@ from bufferstand.evaluation.report.content import (
     Sheet,
     Table,
     Tone,
+    day_text,
     fixed,
     moment_text,
     significant,
     usable,
 )
-from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, ReportSource, runs_text
+from bufferstand.evaluation.report.source import (
+    NOT_RECORDED,
+    ReportRun,
+    ReportSource,
+    numbers_text,
+    runs_text,
+)
+from bufferstand.evaluation.wording import day, joined, numeral, said, span, specimen_words
 from bufferstand.foundation import NO_TEMPERATURE_STOP
 
-_NOT_USED = "not used (simulated)"
+_NOT_USED = said("not used (simulated)")
 """Instead of whether a calibration was valid on the day: it is the stand file's, and nobody used it."""
 _IDENTITY = ("device", "serial", "firmware", "profile")
-_TO_BE_GIVEN = "not given: add it to report.toml beside the runs"
-_SIMULATED = " (simulated)"
+_TO_BE_GIVEN = said("not given: add it to report.toml beside the runs")
+_SIMULATED = said(" (simulated)")
 _MOST_BESIDE = 4
 """Specimens whose facts stand side by side; of more, one below the other."""
 _SPECIMEN = (
-    ("Identification", "id"),
-    ("Kind", "kind"),
-    ("Category", "category"),
-    ("Elastic system", "elastic_system"),
-    ("Full stroke [mm]", "max_stroke_mm"),
-    ("Assembled", "assembled"),
-    ("Maker", "maker"),
-    ("Serial number", "serial"),
-    ("Year", "year"),
-    ("Description", "description"),
+    (said("Identification"), "id"),
+    (said("Kind"), "kind"),
+    (said("Category"), "category"),
+    (said("Elastic system"), "elastic_system"),
+    (said("Full stroke [mm]"), "max_stroke_mm"),
+    (said("Assembled"), "assembled"),
+    (said("Maker"), "maker"),
+    (said("Serial number"), "serial"),
+    (said("Year"), "year"),
+    (said("Description"), "description"),
 )
 
 
 def given(text: object, why: str = _TO_BE_GIVEN) -> Cell:
     """Return a fact as a cell, or a dash with the reason."""
-    shown = text.isoformat() if isinstance(text, date) else str(text or "")
+    shown = day(text) if isinstance(text, date) else str(text or "")
     return Cell(shown) if shown else Cell(DASH, "missing", why)
 
 
@@ -69,22 +77,25 @@ def _first(source: ReportSource, *paths: tuple[str, ...]) -> str:
     for path in paths:
         values = dict.fromkeys(str(run.fact(*path)) for run in source.runs if run.fact(*path))
         if values:
-            return "; ".join(values)
+            return joined("; ", values)
     return ""
 
 
 def stand_text(source: ReportSource) -> Cell:
     """Return the stand's name and id as the runs have them, and whether it was only simulated."""
     names = {
-        " · ".join(
-            str(part)
-            for part in (run.fact("stand", "stand", "name"), run.fact("stand", "stand", "id"))
-            if part
+        joined(
+            " · ",
+            (
+                str(part)
+                for part in (run.fact("stand", "stand", "name"), run.fact("stand", "stand", "id"))
+                if part
+            ),
         )
         + (_SIMULATED if run.simulated else "")
         for run in source.runs
     } - {"", _SIMULATED}
-    return given("; ".join(sorted(names)), NOT_RECORDED)
+    return given(joined("; ", sorted(names)), NOT_RECORDED)
 
 
 def simulated_notice(source: ReportSource) -> tuple[str, ...]:
@@ -92,16 +103,22 @@ def simulated_notice(source: ReportSource) -> tuple[str, ...]:
     made = [run.number for run in source.runs if run.simulated]
     if not made:
         return ()
-    unused = (
-        "Serial numbers and calibrations of a simulated run are those of the stand file: no such instrument "
-        "was used."
+    unused = said(
+        "Serial numbers and calibrations of a simulated run are those of the stand file: no such "
+        "instrument was used."
     )
     if len(made) == len(source.runs):
-        return (f"Simulated stand: nothing in this report was measured on a specimen. {unused}",)
-    mixed = (
-        f"Simulated stand in {runs_text(made)}: nothing of them was measured on a specimen; the other runs "
-        "of this report were not made on a simulated stand, and simulated and real runs are in no trend or "
-        f"comparison together. {unused}"
+        return (
+            said(
+                "Simulated stand: nothing in this report was measured on a specimen. {unused}", unused=unused
+            ),
+        )
+    mixed = said(
+        "Simulated stand in {runs}: nothing of them was measured on a specimen; the other runs of "
+        "this report were not made on a simulated stand, and simulated and real runs are in no trend "
+        "or comparison together. {unused}",
+        runs=runs_text(made),
+        unused=unused,
     )
     return (mixed,)
 
@@ -112,34 +129,30 @@ def test_dates(source: ReportSource) -> Cell:
     ends = [run.ended for run in source.runs if run.ended is not None]
     if not starts:
         return Cell(DASH, "missing", NOT_RECORDED)
-    first, last = moment_text(min(starts).isoformat()), moment_text(max(ends or starts).isoformat())
-    day, _, time = str(first).partition(" ")
-    if str(last).startswith(f"{day} "):
-        return Cell(f"{day}, {time.rpartition(' ')[0]} to {str(last).partition(' ')[2]}")
-    return Cell(f"{first} to {last}")
+    return Cell(span(min(starts), max(ends or starts)))
 
 
 def head(source: ReportSource) -> Sheet:
     """Return the identification on the first page; what is missing stands in the list of a draft instead."""
     fields = source.fields
     facts = (
-        ("Number", fields.number),
-        ("Replaces report", fields.amends),
-        ("Laboratory", laboratory(source)),
-        ("Address", fields.laboratory_address),
-        ("Accreditation", fields.accreditation_number),
-        ("Place of the test", fields.place_of_test),
-        ("Customer", customer(source)),
-        ("Customer’s address", fields.customer_address),
+        (said("Number"), fields.number),
+        (said("Replaces report"), fields.amends),
+        (said("Laboratory"), laboratory(source)),
+        (said("Address"), fields.laboratory_address),
+        (said("Accreditation"), fields.accreditation_number),
+        (said("Place of the test"), fields.place_of_test),
+        (said("Customer"), customer(source)),
+        (said("Customer’s address"), fields.customer_address),
         *_specimen(source),
-        ("Its condition", fields.specimen_condition),
-        ("Specimen received", fields.received),
-        ("Sampling", fields.sampling),
-        ("Test method", fields.method),
-        ("Campaign", _campaign(source)),
-        ("Test stand", stand_text(source)),
-        ("Tested", test_dates(source)),
-        ("Report issued", fields.issued),
+        (said("Its condition"), fields.specimen_condition),
+        (said("Specimen received"), fields.received),
+        (said("Sampling"), fields.sampling),
+        (said("Test method"), fields.method),
+        (said("Campaign"), _campaign(source)),
+        (said("Test stand"), stand_text(source)),
+        (said("Tested"), test_dates(source)),
+        (said("Report issued"), fields.issued),
     )
     cells = [(name, value if isinstance(value, Cell) else given(value)) for name, value in facts]
     return Sheet("", tuple((name, cell) for name, cell in cells if cell.tone != "missing"))
@@ -148,16 +161,25 @@ def head(source: ReportSource) -> Sheet:
 def _specimen(source: ReportSource) -> tuple[tuple[str, Cell], ...]:
     """Return what tells the specimen from others, in few lines."""
     what = [_specimen_fact(source, key) for key in ("kind", "category", "elastic_system", "max_stroke_mm")]
-    words = ("{}", "category {}", "{}", "full stroke {} mm")
-    known = [form.format(one.text) for form, one in zip(words, what, strict=True) if one.tone != "missing"]
+    kind, category, system, stroke = (one.text if one.tone != "missing" else "" for one in what)
+    known = [
+        text
+        for text in (
+            specimen_words(kind),
+            said("category {category}", category=category) if category else "",
+            specimen_words(system),
+            said("full stroke {stroke} mm", stroke=numeral(stroke)) if stroke else "",
+        )
+        if text
+    ]
     made = [_specimen_fact(source, key).text for key in ("maker", "year")]
     return (
-        ("Specimen", _specimen_fact(source, "id")),
-        ("Kind", given(", ".join(known), NOT_RECORDED)),
-        ("Maker, year", given(", ".join(text for text in made if text != DASH), NOT_RECORDED)),
-        ("Serial number", _specimen_fact(source, "serial")),
-        ("Assembled", _specimen_fact(source, "assembled")),
-        ("Description", _specimen_fact(source, "description")),
+        (said("Specimen"), _specimen_fact(source, "id")),
+        (said("Kind"), given(joined(", ", known), NOT_RECORDED)),
+        (said("Maker, year"), given(joined(", ", (text for text in made if text != DASH)), NOT_RECORDED)),
+        (said("Serial number"), _specimen_fact(source, "serial")),
+        (said("Assembled"), _specimen_fact(source, "assembled")),
+        (said("Description"), _specimen_fact(source, "description")),
     )
 
 
@@ -171,12 +193,20 @@ def recording_software(source: ReportSource) -> Cell:
     versions: dict[str, list[int]] = {}
     for run in source.runs:
         parts = (run.fact("software", "name"), run.fact("software", "version"))
-        versions.setdefault(" ".join(str(part) for part in parts if part), []).append(run.number)
+        versions.setdefault(joined(" ", (str(part) for part in parts if part)), []).append(run.number)
     if set(versions) == {""}:
         return Cell(DASH, "missing", NOT_RECORDED)
     if len(versions) == 1:
         return Cell(next(iter(versions)))
-    return Cell("; ".join(f"{version or DASH} ({runs_text(of)})" for version, of in versions.items()))
+    return Cell(
+        joined(
+            "; ",
+            (
+                said("{what} ({runs})", what=version or DASH, runs=runs_text(of))
+                for version, of in versions.items()
+            ),
+        )
+    )
 
 
 def identification(specimens: Sequence[tuple[str, ReportSource]]) -> Section:
@@ -189,13 +219,13 @@ def identification(specimens: Sequence[tuple[str, ReportSource]]) -> Section:
     """
     if len(specimens) > _MOST_BESIDE:
         sheets = [specimen_sheet(title, of) for title, of in specimens]
-        return Section("identification", "Identification", tuple(sheets))
+        return Section("identification", said("Identification"), tuple(sheets))
     table = Table(
-        "Identification",
-        (Column("On record"), *(Column(title) for title, _ in specimens)),
+        said("Identification"),
+        (Column(said("On record")), *(Column(title) for title, _ in specimens)),
         tuple((Cell(name), *(_specimen_fact(of, key) for _, of in specimens)) for name, key in _SPECIMEN),
     )
-    return Section("identification", "Identification", (table,))
+    return Section("identification", said("Identification"), (table,))
 
 
 def specimen_sheet(title: str, source: ReportSource) -> Sheet:
@@ -211,6 +241,8 @@ def _specimen_fact(source: ReportSource, key: str) -> Cell:
         return Cell(significant(stroke))
     if key == "assembled" and (moment := moment_text(cell.text)) is not None:
         return Cell(moment)
+    if key in {"kind", "elastic_system"}:
+        return Cell(specimen_words(cell.text), cell.tone, cell.why)
     return cell
 
 
@@ -223,27 +255,31 @@ def _number(text: str) -> float | None:
 
 def stand_sheet(source: ReportSource) -> Sheet:
     """Return the controller, and the limits in force during the runs."""
-    facts: list[tuple[str, Cell]] = [("Controller", _identity(source))]
+    facts: list[tuple[str, Cell]] = [(said("Controller"), _identity(source))]
     for name, key, unit in (
-        ("Force limit", "force_max_kN", "kN"),
-        ("Stroke limit", "stroke_max_mm", "mm"),
-        ("Frequency limit", "frequency_max_Hz", "Hz"),
-        ("Speed limit", "speed_max_mm_per_s", "mm/s"),
+        (said("Force limit"), "force_max_kN", "kN"),
+        (said("Stroke limit"), "stroke_max_mm", "mm"),
+        (said("Frequency limit"), "frequency_max_Hz", "Hz"),
+        (said("Speed limit"), "speed_max_mm_per_s", "mm/s"),
     ):
         found = dict.fromkeys(run.limit(key) for run in source.runs)
         texts = [
-            f"{significant(value)} {unit}" + (f" (set by {by})" if by else "")
+            said("{value} {unit}", value=significant(value), unit=unit)
+            + (said(" (set by {by})", by=by) if by else "")
             for value, by in found
             if value is not None
         ]
-        facts.append((name, given("; ".join(texts), NOT_RECORDED)))
+        facts.append((name, given(joined("; ", texts), NOT_RECORDED)))
     stops = {run.temperature_stop_C for run in source.runs} - {None}
-    text = "; ".join(f"{significant(stop)} °C" for stop in sorted(s for s in stops if s is not None))
+    text = joined(
+        "; ",
+        (said("{stop} °C", stop=significant(stop)) for stop in sorted(s for s in stops if s is not None)),
+    )
     if all(any(one.startswith(NO_TEMPERATURE_STOP) for one in _said_of(run)) for run in source.runs):
-        text = "none: see “Not guarded”"
-    facts.append(("Temperature stop", given(text, NOT_RECORDED)))
-    facts += [("Not guarded", Cell(text)) for text in _not_guarded(source)]
-    return Sheet("Test stand and limits in force", tuple(facts))
+        text = said("none: see “Not guarded”")
+    facts.append((said("Temperature stop"), given(text, NOT_RECORDED)))
+    facts += [(said("Not guarded"), Cell(text)) for text in _not_guarded(source)]
+    return Sheet(said("Test stand and limits in force"), tuple(facts))
 
 
 def _not_guarded(source: ReportSource) -> list[str]:
@@ -253,7 +289,9 @@ def _not_guarded(source: ReportSource) -> list[str]:
         for text in _said_of(run):
             found.setdefault(text, []).append(run.number)
     return [
-        text if len(numbers) == len(source.runs) else f"{text} ({runs_text(numbers)})"
+        text
+        if len(numbers) == len(source.runs)
+        else said("{text} ({runs})", text=text, runs=runs_text(numbers))
         for text, numbers in found.items()
     ]
 
@@ -268,11 +306,18 @@ def _identity(source: ReportSource) -> Cell:
     for run in source.runs:
         identity = run.fact("stand", "identity")
         if isinstance(identity, Mapping):
-            text = ", ".join(f"{key} {identity[key]}" for key in _IDENTITY if identity.get(key))
+            text = joined(
+                ", ",
+                (
+                    said("{key} {identity}", key=key, identity=identity[key])
+                    for key in _IDENTITY
+                    if identity.get(key)
+                ),
+            )
             found[text + (_SIMULATED if run.simulated else "")] = None
         elif identity:
             found[str(identity)] = None
-    return given("; ".join(found), NOT_RECORDED)
+    return given(joined("; ", found), NOT_RECORDED)
 
 
 def calibrations(source: ReportSource) -> Section:
@@ -283,36 +328,36 @@ def calibrations(source: ReportSource) -> Section:
             for channel in stream.get("channels") or []:
                 if channel.get("quantity") in {"command", "position"}:
                     continue
-                day = run.started.date() if run.started else None
-                key = _calibration_key(channel, day, used=not run.simulated)
+                on = run.started.date() if run.started else None
+                key = _calibration_key(channel, on, used=not run.simulated)
                 rows.setdefault(key, []).append(run.number)
     table = Table(
-        "Calibrations of the measuring channels",
+        said("Calibrations of the measuring channels"),
         (
-            Column("Channel"),
-            Column("Place"),
-            Column("Calibration"),
-            Column("Certificate"),
-            Column("Calibrated"),
-            Column("Valid until"),
-            Column("On the day of the test"),
-            Column("Delay", "ms"),
-            Column("Accuracy", "%"),
-            Column("Runs"),
+            Column(said("Channel")),
+            Column(said("Place")),
+            Column(said("Calibration")),
+            Column(said("Certificate")),
+            Column(said("Calibrated")),
+            Column(said("Valid until")),
+            Column(said("On the day of the test")),
+            Column(said("Delay"), "ms"),
+            Column(said("Accuracy"), "%"),
+            Column(said("Runs")),
         ),
         tuple(_calibration_row(key, numbers) for key, numbers in rows.items()),
-        note="Accuracy is the limit of the relative error that certificate or data sheet states.",
+        note=said("Accuracy is the limit of the relative error that certificate or data sheet states."),
     )
-    return Section("calibrations", "Calibrations", (table,))
+    return Section("calibrations", said("Calibrations"), (table,))
 
 
-def _calibration_key(channel: Mapping[str, object], day: date | None, *, used: bool) -> tuple[str, ...]:
+def _calibration_key(channel: Mapping[str, object], on: date | None, *, used: bool) -> tuple[str, ...]:
     calibration = channel.get("calibration") or {}
     uncertainty = channel.get("uncertainty") or {}
     assert isinstance(calibration, Mapping)
     assert isinstance(uncertainty, Mapping)
     due = str(calibration.get("valid_until") or "")
-    state = "" if not due or day is None else ("valid" if day.isoformat() <= due else "overdue")
+    state = "" if not due or on is None else (said("valid") if on.isoformat() <= due else said("overdue"))
     state = state if used else _NOT_USED
     delay = usable(channel.get("delay_s"))
     accuracy = usable(uncertainty.get("accuracy_percent"))
@@ -335,19 +380,19 @@ def _calibration_row(key: tuple[str, ...], numbers: list[int]) -> tuple[Cell, ..
     verdict = (
         Cell(state, tones[state])
         if state
-        else Cell(DASH, "missing", "no due date or no date of the test on record")
+        else Cell(DASH, "missing", said("no due date or no date of the test on record"))
     )
     return (
         Cell(name, "code"),
-        given(place, "place not recorded"),
+        given(place, said("place not recorded")),
         given(calibration, NOT_RECORDED),
-        given(certificate, "no certificate named"),
-        given(made, "no date named"),
-        given(due, "no due date named"),
+        given(certificate, said("no certificate named")),
+        given(day_text(made), said("no date named")),
+        given(day_text(due), said("no due date named")),
         verdict,
         Cell(delay, "number") if delay else Cell(DASH, "missing", NOT_RECORDED),
-        Cell(accuracy, "number") if accuracy else Cell(DASH, "missing", "no accuracy stated"),
-        Cell(runs_text(numbers).removeprefix("runs ").removeprefix("run ")),
+        Cell(accuracy, "number") if accuracy else Cell(DASH, "missing", said("no accuracy stated")),
+        Cell(numbers_text(numbers)),
     )
 
 
@@ -356,7 +401,12 @@ def overdue(section: Section) -> list[str]:
     (table,) = section.blocks
     assert isinstance(table, Table)
     return [
-        f"The calibration of {row[0].text} ({row[2].text}) was overdue: valid until {row[5].text}."
+        said(
+            "The calibration of {text} ({text_2}) was overdue: valid until {text_3}.",
+            text=row[0].text,
+            text_2=row[2].text,
+            text_3=row[5].text,
+        )
         for row in table.rows
         if row[6].text == "overdue"
     ]

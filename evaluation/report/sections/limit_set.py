@@ -6,25 +6,26 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from bufferstand.evaluation.report.content import DASH, Cell, Column, Sheet, Table
+from bufferstand.evaluation.report.content import DASH, Cell, Column, Sheet, Table, day_text
 from bufferstand.evaluation.report.source import ReportSource, runs_text
+from bufferstand.evaluation.wording import joined, numeral, said
 
-_NOT_STATED = "not stated in the evaluation document"
+_NOT_STATED = said("not stated in the evaluation document")
 _SHEET = (
-    ("Standard", "standard"),
-    ("Edition", "edition"),
-    ("Clause", "clause"),
-    ("Source of the numbers", "source"),
-    ("Date", "date"),
+    (said("Standard"), "standard"),
+    (said("Edition"), "edition"),
+    (said("Clause"), "clause"),
+    (said("Source of the numbers"), "source"),
+    (said("Date"), "date"),
 )
 _NOT_ON_RECORD = {
-    "edition": "not on record: the source of the numbers does not say of which edition they are",
-    "clause": "not on record for the whole set; what is known stands beside each requirement",
+    "edition": said("not on record: the source of the numbers does not say of which edition they are"),
+    "clause": said("not on record for the whole set; what is known stands beside each requirement"),
 }
 _RESULTS = {
-    "in-order": Cell("✓ in order", "good"),
-    "defect": Cell("✗ defect", "bad"),
-    "fill-in": Cell("◇ not looked at", "open"),
+    "in-order": Cell(said("✓ in order"), "good"),
+    "defect": Cell(said("✗ defect"), "bad"),
+    "fill-in": Cell(said("◇ not looked at"), "open"),
 }
 
 
@@ -43,20 +44,31 @@ def _key(facts: Mapping[str, Any]) -> str:
 
 
 def _sheet(limits: Mapping[str, Any], numbers: list[int]) -> Sheet:
-    facts = [("Applied to", Cell(runs_text(numbers)))]
+    facts = [(said("Applied to"), Cell(runs_text(numbers)))]
     facts += [(name, _given(limits.get(key), _NOT_ON_RECORD.get(key, _NOT_STATED))) for name, key in _SHEET]
     facts.append(("SHA-256", Cell(str(limits["sha256"]), "code") if limits.get("sha256") else _given(None)))
     readings = limits.get("readings") or {}
     if readings:
-        text = "; ".join(f"{name.replace('_', ' ')}: {value}" for name, value in readings.items())
-        facts.append(("Readings of what is unclear", Cell(text)))
+        text = joined(
+            "; ",
+            (
+                said("{what}: {value}", what=name.replace("_", " "), value=value)
+                for name, value in readings.items()
+            ),
+        )
+        facts.append((said("Readings of what is unclear"), Cell(text)))
     if unfilled := limits.get("unfilled"):
-        facts.append(("Limits not filled in", Cell(f"nothing is passed on them: {', '.join(unfilled)}")))
-    return Sheet(f"Limit set {limits.get('id') or DASH}", tuple(facts))
+        facts.append(
+            (
+                said("Limits not filled in"),
+                Cell(said("nothing is passed on them: {list}", list=joined(", ", unfilled))),
+            )
+        )
+    return Sheet(said("Limit set {what}", what=limits.get("id") or DASH), tuple(facts))
 
 
 def _given(value: object, why: str = _NOT_STATED) -> Cell:
-    return Cell(str(value)) if value else Cell(DASH, "missing", why)
+    return Cell(day_text(value)) if value else Cell(DASH, "missing", why)
 
 
 def inspection_blocks(source: ReportSource) -> list[Sheet | Table]:
@@ -79,15 +91,15 @@ def inspection_blocks(source: ReportSource) -> list[Sheet | Table]:
 def _inspected(inspection: Mapping[str, Any], numbers: list[int]) -> Sheet:
     facts = inspection.get("inspection") or {}
     return Sheet(
-        "Inspection",
+        said("Inspection"),
         (
-            ("Goes with", Cell(runs_text(numbers))),
-            ("Specimen", _given(facts.get("specimen"))),
-            ("Inspector", _given(facts.get("inspector"))),
-            ("Date", _given(facts.get("date"))),
-            ("Assembled length", _length(facts.get("assembled_length_mm"))),
-            ("Final length", _length(facts.get("final_length_mm"))),
-            ("U of a length (k = 2)", _length(facts.get("length_expanded_uncertainty_mm"))),
+            (said("Goes with"), Cell(runs_text(numbers))),
+            (said("Specimen"), _given(facts.get("specimen"))),
+            (said("Inspector"), _given(facts.get("inspector"))),
+            (said("Date"), _given(facts.get("date"))),
+            (said("Assembled length"), _length(facts.get("assembled_length_mm"))),
+            (said("Final length"), _length(facts.get("final_length_mm"))),
+            (said("U of a length (k = 2)"), _length(facts.get("length_expanded_uncertainty_mm"))),
             ("SHA-256", Cell(str(inspection.get("sha256") or DASH), "code")),
         ),
     )
@@ -95,18 +107,23 @@ def _inspected(inspection: Mapping[str, Any], numbers: list[int]) -> Sheet:
 
 def _length(value: object) -> Cell:
     if isinstance(value, int | float):
-        return Cell(f"{value:g} mm")
-    return Cell(DASH, "missing", "not filled in by the inspector")
+        return Cell(said("{value} mm", value=numeral(f"{value:g}")))
+    return Cell(DASH, "missing", said("not filled in by the inspector"))
 
 
 def _checklist(items: list[Mapping[str, Any]], asked: Mapping[str, str]) -> Table:
     return Table(
-        "Visual inspection",
-        (Column("Item"), Column("What was looked at"), Column("Result"), Column("Note")),
+        said("Visual inspection"),
+        (
+            Column(said("Item")),
+            Column(said("What was looked at")),
+            Column(said("Result")),
+            Column(said("Note")),
+        ),
         tuple(
             (
                 Cell(str(item.get("id")), "code"),
-                Cell(asked.get(str(item.get("id"))) or "not asked for by the limit set of these runs"),
+                Cell(asked.get(str(item.get("id"))) or said("not asked for by the limit set of these runs")),
                 _RESULTS.get(str(item.get("result")), Cell(str(item.get("result")))),
                 Cell(str(item.get("note") or "")),
             )

@@ -20,12 +20,13 @@ from bufferstand.evaluation.report.content import (
     significant,
 )
 from bufferstand.evaluation.report.source import ModelAnswer, ReportRun, ReportSource
+from bufferstand.evaluation.wording import said
 
-_METHOD = (
-    "Nothing is fitted here: the model answers to the stroke as it was run, beginning each run at the first "
-    "measured temperature. Residuals are model less measured, over the forces of whole cycles; beside them "
-    "the share of the largest measured force. The model's temperature is that of the spring's mass, not of "
-    "the place of the sensor."
+_METHOD = said(
+    "Nothing is fitted here: the model answers to the stroke as it was run, beginning each run "
+    "at the first measured temperature. Residuals are model less measured, over the forces of "
+    "whole cycles; beside them the share of the largest measured force. The model's temperature "
+    "is that of the spring's mass, not of the place of the sensor."
 )
 
 
@@ -36,14 +37,30 @@ def model_section(source: ReportSource) -> Section | None:
         return None
     model = given.model
     facts = Sheet(
-        "The model",
+        said("The model"),
         (
-            ("Name", Cell(model.name)),
-            ("File", Cell(given.file, "code")),
+            (said("Name"), Cell(model.name)),
+            (said("File"), Cell(given.file, "code")),
             ("SHA-256", Cell(given.sha256, "code")),
-            ("Curves hold at", Cell(f"{significant(model.temperature.reference_C)} °C")),
-            ("Temperature sensitivity c_ts", Cell(f"{significant(model.temperature.sensitivity_per_K)} 1/K")),
-            ("Heat capacity", Cell(f"{significant(model.heat.capacity_J_per_K)} J/K")),
+            (
+                said("Curves hold at"),
+                Cell(said("{reference_c} °C", reference_c=significant(model.temperature.reference_C))),
+            ),
+            (
+                said("Temperature sensitivity c_ts"),
+                Cell(
+                    said(
+                        "{sensitivity_per_k} 1/K",
+                        sensitivity_per_k=significant(model.temperature.sensitivity_per_K),
+                    )
+                ),
+            ),
+            (
+                said("Heat capacity"),
+                Cell(
+                    said("{capacity_j_per_k} J/K", capacity_j_per_k=significant(model.heat.capacity_J_per_K))
+                ),
+            ),
         ),
     )
     temperatures = [check.answer.temperature_C for check in given.checks.values()]
@@ -54,29 +71,32 @@ def model_section(source: ReportSource) -> Section | None:
         drives = [check.drive for check in given.checks.values()]
         left_range = (model.identified.warnings(model.curves, d.time_s, d.stroke_mm) for d in drives)
         notes = (*notes, *dict.fromkeys(sentence for found in left_range for sentence in found))
-    left = [f"Run {number} was left out: {why}." for number, why in given.left_out.items()]
+    left = [
+        said("Run {number} was left out: {why}.", number=number, why=why)
+        for number, why in given.left_out.items()
+    ]
     blocks: list[Sheet | Table | Texts] = [facts, _misses(source.runs, given), Texts((_METHOD,))]
     if notes or left:
         blocks.append(Texts((*notes, *left), listed=True))
-    return Section("model", "Model against measurement", tuple(blocks))
+    return Section("model", said("Model against measurement"), tuple(blocks))
 
 
 def _misses(runs: Sequence[ReportRun], given: ModelAnswer) -> Table:
     rows = [_miss(run, given.checks[run.number]) for run in runs if run.number in given.checks]
     return Table(
-        "Measured and by the model",
+        said("Measured and by the model"),
         (
-            Column("Run"),
-            Column("Whole cycles"),
-            Column("Damping measured", "–"),
-            Column("Damping model", "–"),
-            Column("Top force compared, measured", "kN"),
-            Column("Top force compared, model", "kN"),
-            Column("Residual rms", "kN"),
-            Column("Residual worst", "%"),
-            Column("End temp. sensor", "°C"),
-            Column("End temp. sensor, model", "°C"),
-            Column("End temp. spring, model", "°C"),
+            Column(said("Run")),
+            Column(said("Whole cycles")),
+            Column(said("Damping measured"), "–"),
+            Column(said("Damping model"), "–"),
+            Column(said("Top force compared, measured"), "kN"),
+            Column(said("Top force compared, model"), "kN"),
+            Column(said("Residual rms"), "kN"),
+            Column(said("Residual worst"), "%"),
+            Column(said("End temp. sensor"), "°C"),
+            Column(said("End temp. sensor, model"), "°C"),
+            Column(said("End temp. spring, model"), "°C"),
         ),
         tuple(rows),
     )
@@ -87,7 +107,7 @@ def _miss(run: ReportRun, check: RunCheck) -> tuple[Cell, ...]:
     pairs = [(cycle.damping, cycle.predicted_damping) for cycle in check.cycles]
     damping = [float(mean) for mean in np.mean(pairs, axis=0)] if pairs else [None, None]
     sensor = float(drive.sensor_C[-1]) if drive.sensor_C.size else None
-    why = "no cycle of the run is closed"
+    why = said("no cycle of the run is closed")
     return (
         Cell(str(run.number), "number"),
         Cell(str(len(check.cycles)), "number"),
@@ -95,7 +115,7 @@ def _miss(run: ReportRun, check: RunCheck) -> tuple[Cell, ...]:
         quantity_cell("force_max_kN", check.largest_force_kN, ""),
         quantity_cell("force_max_kN", float(answer.force_kN[drive.node].max()), ""),
         *_residuals(check),
-        quantity_cell("temperature_C", sensor, "the run has no sensor on the specimen"),
+        quantity_cell("temperature_C", sensor, said("the run has no sensor on the specimen")),
         quantity_cell("temperature_C", float(answer.sensor_C[-1]), ""),
         quantity_cell("temperature_C", float(answer.temperature_C[-1]), ""),
     )
@@ -104,6 +124,6 @@ def _miss(run: ReportRun, check: RunCheck) -> tuple[Cell, ...]:
 def _residuals(check: RunCheck) -> tuple[Cell, Cell]:
     rest, peak = check.residual_kN, check.largest_force_kN
     if not rest.size or peak <= 0.0:
-        return (Cell(DASH, "missing", "no force of the run counts"),) * 2
+        return (Cell(DASH, "missing", said("no force of the run counts")),) * 2
     rms, worst = float(np.sqrt(np.mean(rest**2))), float(np.max(np.abs(rest)))
     return Cell(fixed(rms, 2), "number"), Cell(fixed(100.0 * worst / peak, 2), "number")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from bufferstand.evaluation.report.content import Prose, ProsePart, Section, Words
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import said
 
 
 def introduction_section(source: ReportSource) -> Section | None:
     """Return the introduction; None where there is none."""
     own = source.introduction
-    return None if own is None else Section("introduction", own.title or "Introduction", (own.prose,))
+    return None if own is None else Section("introduction", own.title or said("Introduction"), (own.prose,))
 
 
 def setup_section(source: ReportSource) -> Section | None:
@@ -17,8 +18,8 @@ def setup_section(source: ReportSource) -> Section | None:
     image = source.setup_photo
     if image is None:
         return None
-    picture = ProsePart("picture", (Words("The specimen in the stand."),), image=image)
-    return Section("set-up", "Set-up", (Prose((picture,)),))
+    picture = ProsePart("picture", (Words(said("The specimen in the stand.")),), image=image)
+    return Section("set-up", said("Set-up"), (Prose((picture,)),))
 
 
 def appendix_sections(source: ReportSource) -> tuple[Section, ...]:
@@ -26,7 +27,9 @@ def appendix_sections(source: ReportSource) -> tuple[Section, ...]:
     return tuple(
         Section(
             f"appendix-{number}",
-            f"Appendix {number}: {own.title}" if own.title else f"Appendix {number}",
+            said("Appendix {number}: {title}", number=number, title=own.title)
+            if own.title
+            else said("Appendix {number}", number=number),
             (own.prose,),
             annex=True,
         )

@@ -16,6 +16,7 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.section_files import AddedSection
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.wording import capital, label, numeral, said
 from bufferstand.foundation import PAPER_CAMPAIGN
 
 _SAME = {
@@ -26,24 +27,28 @@ _SAME = {
     "temperature_start_C": (3.0, 0.0),
 }
 """Within what a run is of the paper's step: absolute, or relative if larger."""
-_NO_RUN = "no run of this campaign is of this step"
-_CORRECTED = "the paper required the stroke of the piston; here the specimen itself made the required stroke"
-_NO_VALUE = "the run has no such result"
-_NO_U = "the record of the run states no accuracy"
-_EXPLANATION = (
-    "The campaign file says that this is the campaign of the paper “Stiffness characteristics of railway "
-    "buffers: Requirements, testing and proposal of a new computational model”. These are the numbers that "
-    "its text prints (§ 3.2); what it only draws, as the dynamic stiffness over the frequency (Fig. 8b), has "
-    "none."
+_NO_RUN = said("no run of this campaign is of this step")
+_CORRECTED = said(
+    "the paper required the stroke of the piston; here the specimen itself made the required stroke"
 )
-_SIMULATED = (
-    "The shipped specimens of the simulation were made to show the paper’s dampings: agreement of a "
-    "simulated run says that the chain from the wire to this table works, and nothing of the paper’s buffers."
+_NO_VALUE = said("the run has no such result")
+_NO_U = said("the record of the run states no accuracy")
+_EXPLANATION = said(
+    "The campaign file says that this is the campaign of the paper “Stiffness characteristics of "
+    "railway buffers: Requirements, testing and proposal of a new computational model”. These "
+    "are the numbers that its text prints (§ 3.2); what it only draws, as the dynamic stiffness "
+    "over the frequency (Fig. 8b), has none."
 )
-_NOTE = (
-    "Agrees: the difference is at most U of what was measured, and half a unit of the last digit that the "
-    "paper prints. The paper states no uncertainty and tested specimens of its own; neither is in U. Step: "
-    "required mean stroke ± amplitude and frequency; of the draw hook, stroke and temperature."
+_SIMULATED = said(
+    "The shipped specimens of the simulation were made to show the paper’s dampings: agreement "
+    "of a simulated run says that the chain from the wire to this table works, and nothing of "
+    "the paper’s buffers."
+)
+_NOTE = said(
+    "Agrees: the difference is at most U of what was measured, and half a unit of the last digit "
+    "that the paper prints. The paper states no uncertainty and tested specimens of its own; "
+    "neither is in U. Step: required mean stroke ± amplitude and frequency; of the draw hook, "
+    "stroke and temperature."
 )
 
 
@@ -57,23 +62,23 @@ def paper_section(source: ReportSource) -> Section | None:
     if not rows:
         return None
     table = Table(
-        "Printed in the paper, and measured",
+        said("Printed in the paper, and measured"),
         (
-            Column("Fig."),
-            Column("Quantity"),
-            Column("Step"),
-            Column("Paper"),
-            Column("Run"),
-            Column("Measured ± U"),
-            Column("Difference ± U"),
-            Column("Unit"),
-            Column("Agrees"),
+            Column(said("Fig.")),
+            Column(said("Quantity")),
+            Column(said("Step")),
+            Column(said("Paper")),
+            Column(said("Run")),
+            Column(said("Measured ± U")),
+            Column(said("Difference ± U")),
+            Column(said("Unit")),
+            Column(said("Agrees")),
         ),
         tuple(rows),
         note=_NOTE,
     )
     texts = (_EXPLANATION, _SIMULATED) if any(run.simulated for run in runs) else (_EXPLANATION,)
-    return Section("paper", "Comparison with the paper’s figures", (Texts(texts), table))
+    return Section("paper", said("Comparison with the paper’s figures"), (Texts(texts), table))
 
 
 def _rows(one: PublishedValue, runs: list[ReportRun]) -> list[tuple[Cell, ...]]:
@@ -106,9 +111,9 @@ def _row(one: PublishedValue, run: ReportRun | None, why: str) -> tuple[Cell, ..
     expanded = usable(stated.get("expanded_uncertainty")) if isinstance(stated, dict) else None
     return (
         Cell(one.figure),
-        Cell(entry.label[:1].upper() + entry.label[1:]),
+        Cell(label(entry.label, capital(entry.label))),
         Cell(_step(one)),
-        Cell(one.printed, "number"),
+        Cell(numeral(one.printed), "number"),
         Cell(DASH, "missing", why) if run is None else Cell(run.label, "number"),
         measured_cell(value, expanded, why),
         measured_cell(None if value is None else value - one.value, expanded, why),
@@ -123,17 +128,22 @@ def _agrees(one: PublishedValue, value: float | None, expanded: float | None, wh
     if expanded is None:
         return Cell(DASH, "missing", _NO_U)
     return (
-        Cell("within U")
+        Cell(said("within U"))
         if abs(value - one.value) <= expanded + one.rounded_by
-        else Cell("◆ beyond U", "open")
+        else Cell(said("◆ beyond U"), "open")
     )
 
 
 def _step(one: PublishedValue) -> str:
     numbers = [significant(value, 3) for value in one.step.values()]
     if one.kind == "harmonic":
-        return f"{numbers[0]} ± {numbers[1]} mm, {numbers[2]} Hz"
-    return f"to {numbers[0]} mm, {numbers[1]} °C"
+        return said(
+            "{mean} ± {half} mm, {frequency} Hz",
+            mean=numbers[0],
+            half=numbers[1],
+            frequency=numbers[2],
+        )
+    return said("to {stroke} mm, {temperature} °C", stroke=numbers[0], temperature=numbers[1])
 
 
 SECTION = AddedSection(paper_section, after="temperature_section")

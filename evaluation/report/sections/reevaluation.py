@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 
 from bufferstand.evaluation.archive import EvaluationComparison, Move, VerdictChange, compare_evaluations
+from bufferstand.evaluation.catalogue import QUANTITIES
 from bufferstand.evaluation.report.content import (
     DASH,
     Block,
@@ -20,6 +21,7 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.verdicts import name_of, verdict_cell
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import joined, label, numeral, said
 
 MOST_ROWS = 60
 """Changes of results that are printed; those beyond their uncertainty are never left out."""
@@ -33,13 +35,13 @@ _UNITS = (
     ("_J", "J"),
     ("_C", "°C"),
 )
-_METHOD = (
-    "Of one recording both evaluations share the errors of the measurement: a change is the effect of other "
-    "settings or software alone, and is held against the larger of both expanded uncertainties. Where the "
-    "recordings are different ones, it is held against U of their difference (E_n), in which errors that "
-    "both name as the same cancel."
+_METHOD = said(
+    "Of one recording both evaluations share the errors of the measurement: a change is the "
+    "effect of other settings or software alone, and is held against the larger of both expanded "
+    "uncertainties. Where the recordings are different ones, it is held against U of their "
+    "difference (E_n), in which errors that both name as the same cancel."
 )
-_ONE = "only one of the evaluations has it"
+_ONE = said("only one of the evaluations has it")
 
 
 def changes_of(source: ReportSource) -> EvaluationComparison | None:
@@ -53,10 +55,18 @@ def reevaluation_notice(source: ReportSource) -> tuple[str, ...]:
     if changes is None:
         return ()
     beyond = sum(move.beyond is True for move in changes.moves)
-    results = (
-        f"{len(changes.moves)} results are not what they were, {beyond} of them beyond their uncertainty"
+    results = said(
+        "{count_of_moves} results are not what they were, {beyond} of them beyond their uncertainty",
+        count_of_moves=len(changes.moves),
+        beyond=beyond,
     )
-    return (f"Re-evaluation: {results}; {len(changes.verdicts)} verdicts are others.",)
+    return (
+        said(
+            "Re-evaluation: {results}; {count_of_verdicts} verdicts are others.",
+            results=results,
+            count_of_verdicts=len(changes.verdicts),
+        ),
+    )
 
 
 def reevaluation_section(source: ReportSource) -> Section | None:
@@ -71,7 +81,7 @@ def reevaluation_section(source: ReportSource) -> Section | None:
     if changes.moves:
         blocks.append(_results(changes.moves, numbers))
     blocks.append(Texts(tuple(_remarks(changes)), listed=True))
-    return Section("reevaluation", "Against the earlier evaluation", tuple(blocks))
+    return Section("reevaluation", said("Against the earlier evaluation"), tuple(blocks))
 
 
 def _run(run: str, numbers: dict[str, int]) -> Cell:
@@ -84,41 +94,41 @@ def _settings(changes: EvaluationComparison) -> Table:
         for name, (was, now) in changes.changed.items()
     ]
     return Table(
-        "Settings and software that are others",
-        (Column("What"), Column("Before"), Column("Now")),
-        tuple(rows) or ((Cell("none"), Cell("the same"), Cell("the same")),),
+        said("Settings and software that are others"),
+        (Column(said("What")), Column(said("Before")), Column(said("Now"))),
+        tuple(rows) or ((Cell(said("none")), Cell(said("the same")), Cell(said("the same"))),),
     )
 
 
 def _text(value: object) -> str:
     if value is None or value == []:
-        return "none, or not stated"
+        return said("none, or not stated")
     text = value if isinstance(value, str) else json.dumps(value, sort_keys=True, ensure_ascii=False)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
 def _verdicts(verdicts: Sequence[VerdictChange], source: ReportSource, numbers: dict[str, int]) -> Table:
-    none = "not judged"
+    none = said("not judged")
     rows = [
         (
             _run(one.run, numbers),
-            Cell(name_of({"id": one.requirement}) if one.requirement else "the run"),
-            Cell("all" if one.cycle is None else str(one.cycle), "number"),
+            Cell(name_of({"id": one.requirement}) if one.requirement else said("the run")),
+            Cell(said("all") if one.cycle is None else str(one.cycle), "number"),
             verdict_cell(one.old, none),
             verdict_cell(one.new, none),
             Cell(_why(source, one)),
         )
         for one in verdicts
     ]
-    columns = ("Run", "Verdict of", "Cycle", "Before", "Now", "Why")
-    return Table("Verdicts that are others", tuple(Column(title) for title in columns), tuple(rows))
+    columns = (said("Run"), said("Verdict of"), said("Cycle"), said("Before"), said("Now"), said("Why"))
+    return Table(said("Verdicts that are others"), tuple(Column(title) for title in columns), tuple(rows))
 
 
 def _why(source: ReportSource, change: VerdictChange) -> str:
     """Return the reason of the new verdict."""
     requirements = [r for run in source.runs if run.id == change.run for r in run.requirements]
     named = [r for r in requirements if r["id"] == change.requirement and r.get("cycle") == change.cycle]
-    return str(named[0].get("why") or "") if named else "see its requirements"
+    return str(named[0].get("why") or "") if named else said("see its requirements")
 
 
 def _weight(move: Move) -> tuple[bool, float]:
@@ -132,20 +142,24 @@ def _results(moves: Sequence[Move], numbers: dict[str, int]) -> Table:
     kept = [*sorted(beyond, key=_weight), *within[: max(0, MOST_ROWS - len(beyond))]]
     left = len(moves) - len(kept)
     return Table(
-        "Results that are others",
+        said("Results that are others"),
         (
-            Column("Run"),
-            Column("Quantity"),
-            Column("Unit"),
-            Column("Before"),
-            Column("Now"),
-            Column("Change ± U"),
-            Column("Change / U"),
-            Column("Change is"),
+            Column(said("Run")),
+            Column(said("Quantity")),
+            Column(said("Unit")),
+            Column(said("Before")),
+            Column(said("Now")),
+            Column(said("Change ± U")),
+            Column(said("Change / U")),
+            Column(said("Change is")),
         ),
         tuple(_result(move, numbers) for move in kept),
-        note="Means over the cycles used, those beyond their uncertainty first."
-        + (f" {left} smaller changes within their uncertainty are not printed." if left else ""),
+        note=said("Means over the cycles used, those beyond their uncertainty first.")
+        + (
+            said(" {left} smaller changes within their uncertainty are not printed.", left=left)
+            if left
+            else ""
+        ),
     )
 
 
@@ -162,7 +176,7 @@ def _result(move: Move, numbers: dict[str, int]) -> tuple[Cell, ...]:
             for value in (move.old, move.new)
         ),
         Cell(DASH, "missing", _ONE) if change is None else Cell(_change(change, digits), "number"),
-        Cell(DASH, "missing", _ONE if change is None else "no uncertainty is stated")
+        Cell(DASH, "missing", _ONE if change is None else said("no uncertainty is stated"))
         if share is None
         else Cell(fixed(share, 2), "number"),
         _state(move),
@@ -171,10 +185,10 @@ def _result(move: Move, numbers: dict[str, int]) -> tuple[Cell, ...]:
 
 def _state(move: Move) -> Cell:
     if move.old is None or move.new is None:
-        return Cell("◆ had none before" if move.old is None else "◆ has none now", "open")
+        return Cell(said("◆ had none before") if move.old is None else said("◆ has none now"), "open")
     if move.beyond is None:
-        return Cell("no U to hold it against")
-    return Cell("◆ beyond U", "open") if move.beyond else Cell("within U")
+        return Cell(said("no U to hold it against"))
+    return Cell(said("◆ beyond U"), "open") if move.beyond else Cell(said("within U"))
 
 
 def _like(value: float, expanded: float | None) -> str:
@@ -186,28 +200,39 @@ def _like(value: float, expanded: float | None) -> str:
 
 def _change(value: float, expanded: float | None) -> str:
     shown = _compact(value)
-    return f"{shown} ± {_compact(expanded).lstrip('+')}" if expanded else shown
+    return (
+        said("{shown} ± {what}", shown=shown, what=numeral(_compact(expanded).lstrip("+")))
+        if expanded
+        else shown
+    )
 
 
 def _compact(value: float) -> str:
     """Return a change with two significant digits; tiny ones keep their power of ten."""
-    return f"{value:+.2g}".replace("-", "−")
+    return numeral(f"{value:+.2g}".replace("-", "−"))
 
 
 def _named(quantity: str) -> tuple[str, str]:
     for ending, unit in _UNITS:
         if quantity.endswith(ending):
-            return quantity.removesuffix(ending).replace("_", " "), unit
-    return quantity.replace("_", " "), "–"
+            return _words(quantity, quantity.removesuffix(ending)), unit
+    return _words(quantity, quantity), "–"
+
+
+def _words(quantity: str, name: str) -> str:
+    """Return the words of a quantity's name, which a language says as the catalogue of quantities does."""
+    words = name.replace("_", " ")
+    known = {entry.name: entry.label for entry in QUANTITIES}
+    return label(known[quantity], words) if quantity in known else words
 
 
 def _remarks(changes: EvaluationComparison) -> list[str]:
-    remarks = [f"{changes.compared} runs were compared."]
+    remarks = [said("{compared} runs were compared.", compared=changes.compared)]
     for words, runs in (
-        ("only in the earlier evaluation", changes.only_old),
-        ("only in this evaluation", changes.only_new),
-        ("another recording of the same id than in the earlier evaluation", changes.other_recordings),
+        (said("only in the earlier evaluation"), changes.only_old),
+        (said("only in this evaluation"), changes.only_new),
+        (said("another recording of the same id than in the earlier evaluation"), changes.other_recordings),
     ):
         if runs:
-            remarks.append(f"{', '.join(runs)}: {words}.")
+            remarks.append(said("{list}: {words}.", list=joined(", ", runs), words=words))
     return remarks

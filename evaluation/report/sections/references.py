@@ -11,17 +11,18 @@ from typing import Any
 
 from bufferstand.evaluation.report.sections.verdicts import name_of
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import joined, said
 
-_REMEDY = "state them in a limit set of the laboratory’s own (--limits)"
+_REMEDY = said("state them in a limit set of the laboratory’s own (--limits)")
 
 
 def reference_text(requirement: Mapping[str, Any]) -> str:
     """Return standard and clause: ``EN 15551, 6.2``; or that no clause is on record, and the source."""
     standard = str(requirement["standard"])
     if clause := requirement.get("clause"):
-        return f"{standard}, {clause}"
-    source = requirement.get("source") or "not stated"
-    return f"{standard}, clause not on record (source: {source})"
+        return said("{standard}, {clause}", standard=standard, clause=clause)
+    source = requirement.get("source") or said("not stated")
+    return said("{standard}, clause not on record (source: {source})", standard=standard, source=source)
 
 
 def is_draft(requirement: Mapping[str, Any]) -> bool:
@@ -37,7 +38,7 @@ def missing_references(source: ReportSource) -> tuple[str, ...]:
 def draft_texts(requirements: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
     """Return the sentence that says why a statement is a draft; nothing where it is none."""
     return tuple(
-        f"Draft of a statement of conformity, and none yet: what is missing is the {text}."
+        said("Draft of a statement of conformity, and none yet: what is missing is the {text}.", text=text)
         for text in _lacking(requirements)
     )
 
@@ -55,11 +56,11 @@ def _lacking(requirements: Iterable[Mapping[str, Any]]) -> list[str]:
     texts = []
     for standard, has_edition in editions.items():
         names = list(without.get(standard, ()))
-        parts = [] if has_edition else [f"edition of {standard}"]
+        parts = [] if has_edition else [said("edition of {standard}", standard=standard)]
         if names:
             every = len(names) == len(counted[standard])
-            of = "what it requires" if every else ", ".join(names)
-            parts.append(f"clauses of {standard} for {of}")
+            of = said("what it requires") if every else joined(", ", names)
+            parts.append(said("clauses of {standard} for {of}", standard=standard, of=of))
         if parts:
-            texts.append(f"{' and the '.join(parts)}: {_REMEDY}")
+            texts.append(said("{list}: {remedy}", list=joined(said(" and the "), parts), remedy=_REMEDY))
     return texts

@@ -20,6 +20,7 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.verdicts import run_verdict_cell
 from bufferstand.evaluation.report.source import NOT_RECORDED, ReportRun, ReportSource
+from bufferstand.evaluation.wording import joined, kind_words, label, said, status_words
 from bufferstand.foundation import duration_text
 
 MOST_HARMONIC_CYCLES = 10
@@ -38,20 +39,20 @@ def _of_cycles(table: str) -> Catalogue:
 
 _MOTION, _ENERGY = _of_cycles("motion"), _of_cycles("energy")
 _OF_RUN = QUANTITIES.that(lambda entry: entry.shown.runs)
-_UNSAID = "the evaluation document does not say why"
+_UNSAID = said("the evaluation document does not say why")
 _EXTREMES = (
-    ("force_max_kN", "Force max.", "kN"),
-    ("force_min_kN", "Force min.", "kN"),
-    ("stroke_max_mm", "Stroke max.", "mm"),
-    ("speed_max_mm_per_s", "Speed max.", "mm/s"),
-    ("temperature_max_C", "Temperature max.", "°C"),
+    ("force_max_kN", said("Force max."), "kN"),
+    ("force_min_kN", said("Force min."), "kN"),
+    ("stroke_max_mm", said("Stroke max."), "mm"),
+    ("speed_max_mm_per_s", said("Speed max."), "mm/s"),
+    ("temperature_max_C", said("Temperature max."), "°C"),
 )
-_NOT_HAD = "not to be had from the record; see the warnings of the run"
+_NOT_HAD = said("not to be had from the record; see the warnings of the run")
 
 
 def columns(entries: Catalogue) -> tuple[Column, ...]:
     """Return the columns of quantities."""
-    return tuple(Column(entry.shown.heading, entry.printed_unit) for entry in entries)
+    return tuple(Column(label(entry.shown.heading), entry.printed_unit) for entry in entries)
 
 
 def value_cell(entry: Quantity, cycle: Mapping[str, Any]) -> Cell:
@@ -61,70 +62,85 @@ def value_cell(entry: Quantity, cycle: Mapping[str, Any]) -> Cell:
 
 def _why_missing(part: Mapping[str, Any], name: str) -> str:
     """Return why a cycle, a run or a step has no value; an earlier version's document has no reasons."""
-    return str((part.get("missing") or {}).get(name) or "; ".join(part.get("why") or ()) or _UNSAID)
+    return str((part.get("missing") or {}).get(name) or joined("; ", part.get("why") or ()) or _UNSAID)
 
 
 def recorded_section(source: ReportSource) -> Section:
     """Return what was done in each run, and the extremes of its samples."""
     done = Table(
-        "What was run",
+        said("What was run"),
         (
-            Column("Run"),
-            Column("Run id"),
-            Column("Kind"),
-            Column("Step"),
-            Column("Started"),
-            Column("Length"),
-            Column("Cycles / used"),
-            Column("Ended"),
+            Column(said("Run")),
+            Column(said("Run id")),
+            Column(said("Kind")),
+            Column(said("Step")),
+            Column(said("Started")),
+            Column(said("Length")),
+            Column(said("Cycles / used")),
+            Column(said("Ended")),
         ),
         tuple(_done(run) for run in source.runs),
     )
-    return Section("recorded", "Runs as recorded", (done, extremes_table(source)), annex=True)
+    return Section("recorded", said("Runs as recorded"), (done, extremes_table(source)), annex=True)
 
 
 def runs_section(source: ReportSource) -> Section:
     """Return what came out of each run."""
     results = Table(
-        "What came out",
+        said("What came out"),
         (
-            Column("Run"),
+            Column(said("Run")),
             *(
-                Column(entry.shown.heading + " ± U" * entry.shown.main, entry.printed_unit)
+                Column(label(entry.shown.heading) + " ± U" * entry.shown.main, entry.printed_unit)
                 for entry in _OF_RUN
             ),
-            Column("Temperature start → max.", "°C"),
-            Column("Verdict"),
+            Column(said("Temperature start → max."), "°C"),
+            Column(said("Verdict")),
         ),
         tuple(_result(part) for run in source.runs for part in run.parts),
-        note="Means over the cycles used, but for Force max. and Temperature max., which are those of all "
-        "samples of the run; U = k u with coverage factor k = 2. The tangent stiffness is the "
-        "slope of the loading branch at the cycle’s mean stroke. Prestress is the mean stroke, amplitude "
-        "half the range."
+        note=said(
+            "Means over the cycles used, but for Force max. and Temperature max., which are those of all "
+            "samples of the run; U = k u with coverage factor k = 2. The tangent stiffness is the slope "
+            "of the loading branch at the cycle’s mean stroke. Prestress is the mean stroke, amplitude "
+            "half the range."
+        )
         + (
-            " 1#2 is the second step of run 1, whose record has several."
+            said(" 1#2 is the second step of run 1, whose record has several.")
             if any(run.part is not None for each in source.runs for run in each.parts)
             else ""
         ),
     )
-    return Section("runs", "Runs", (results,))
+    return Section("runs", said("Runs"), (results,))
 
 
 def _done(run: ReportRun) -> tuple[Cell, ...]:
     started = moment_text(run.metadata["run"].get("started_utc"))
     complete = sum(bool(cycle.get("complete")) for cycle in run.cycles)
     step = run.fact("step", "name") or run.metadata["run"].get("step_index")
-    ended = f"{run.status} (simulated)" if run.simulated else run.status
+    ended = (
+        said("{status} (simulated)", status=status_words(run.status))
+        if run.simulated
+        else status_words(run.status)
+    )
     return (
         Cell(str(run.number), "number"),
         Cell(run.id, "code"),
-        Cell(run.kind),
-        Cell(str(step)) if step not in {None, ""} else Cell(DASH, "missing", "not a step of a campaign"),
+        Cell(kind_words(run.kind)),
+        Cell(str(step))
+        if step not in {None, ""}
+        else Cell(DASH, "missing", said("not a step of a campaign")),
         Cell(started) if started else Cell(DASH, "missing", NOT_RECORDED),
-        Cell(DASH, "missing", run.problem or "no usable samples")
+        Cell(DASH, "missing", run.problem or said("no usable samples"))
         if run.record is None
         else Cell(duration_text(run.duration_s), "number"),
-        Cell(f"{complete} / {sum(len(part.cycles_used) for part in run.parts)}", "number"),
+        Cell(
+            said(
+                "{complete} / {what}",
+                complete=complete,
+                what=sum(len(part.cycles_used) for part in run.parts),
+            ),
+            "number",
+        ),
         Cell(ended, "bad" if run.ended_early else "text"),
     )
 
@@ -132,7 +148,9 @@ def _done(run: ReportRun) -> tuple[Cell, ...]:
 def _result(run: ReportRun) -> tuple[Cell, ...]:
     shown = run.shown_cycle()
     nothing = _no_record(run) or (
-        "no complete cycle in the run" if shown is None else "no cycle of the run is complete and steady"
+        said("no complete cycle in the run")
+        if shown is None
+        else said("no cycle of the run is complete and steady")
     )
     cells = [Cell(run.label, "number")]
     for entry in _OF_RUN:
@@ -161,9 +179,9 @@ def _temperature_of_run(run: ReportRun) -> Cell:
     warmest = run.extreme("temperature_max_C")
     if not known_starts or warmest is None or warmest.value is None:
         why = _no_record(run) or (
-            "the run has no temperature channel"
+            said("the run has no temperature channel")
             if run.record is None or not run.record.temperatures
-            else "no reading within a cycle"
+            else said("no reading within a cycle")
         )
         return Cell(DASH, "missing", why)
     return Cell(f"{known_starts[0]:.1f} → {warmest.value:.1f}".replace("-", "−"), "number")
@@ -175,40 +193,51 @@ def cycles_section(source: ReportSource) -> Section | None:
         return None
     chosen = [(run, cycle) for run in source.runs for cycle in _printed(run)]
     left_out = [
-        f"run {run.number}: {len(_printed(run))} of {len(run.cycles)}"
+        said(
+            "run {number}: {count_of_run} of {count_of_cycles}",
+            number=run.number,
+            count_of_run=len(_printed(run)),
+            count_of_cycles=len(run.cycles),
+        )
         for run in source.runs
         if len(_printed(run)) < len(run.cycles)
     ]
     note = (
-        f"Of long harmonic runs the last {MOST_HARMONIC_CYCLES} cycles up to the last one used are printed "
-        f"({'; '.join(left_out)}); the evaluation document holds all."
+        said(
+            "Of long harmonic runs the last {most_harmonic_cycles} cycles up to the last one used are "
+            "printed ({list}); the evaluation document holds all.",
+            most_harmonic_cycles=MOST_HARMONIC_CYCLES,
+            list=joined("; ", left_out),
+        )
         if left_out
         else ""
     )
     motion = Table(
-        "Cycles: stroke, force, speed and temperature",
+        said("Cycles: stroke, force, speed and temperature"),
         (
-            Column("Run"),
-            Column("Cycle"),
-            Column("State"),
+            Column(said("Run")),
+            Column(said("Cycle")),
+            Column(said("State")),
             *columns(_MOTION),
         ),
         tuple((*cycle_head(run, cycle), *_values(cycle, _MOTION)) for run, cycle in chosen),
         note=note,
     )
     energy = Table(
-        "Cycles: energy, damping and stiffness",
+        said("Cycles: energy, damping and stiffness"),
         (
-            Column("Run"),
-            Column("Cycle"),
-            Column("State"),
+            Column(said("Run")),
+            Column(said("Cycle")),
+            Column(said("State")),
             *columns(_ENERGY),
         ),
         tuple((*cycle_head(run, cycle), *_values(cycle, _ENERGY)) for run, cycle in chosen),
-        note="With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
-        "absorbed over the stored energy; it is not the loss factor.",
+        note=said(
+            "With ± U where the record states the accuracy of its channels. Damping by EN 15551 is the "
+            "absorbed over the stored energy; it is not the loss factor."
+        ),
     )
-    return Section("cycles", "Cycles", (motion, energy), annex=True)
+    return Section("cycles", said("Cycles"), (motion, energy), annex=True)
 
 
 def _printed(run: ReportRun) -> list[Mapping[str, Any]]:
@@ -223,11 +252,11 @@ def _printed(run: ReportRun) -> list[Mapping[str, Any]]:
 def cycle_head(run: ReportRun, cycle: Mapping[str, Any]) -> tuple[Cell, Cell, Cell]:
     """Return the cells that name a cycle: its run, its number, and whether the results are from it."""
     if not cycle.get("complete"):
-        state = "incomplete"
+        state = said("incomplete")
     elif any(cycle["index"] in part.cycles_used for part in run.parts):
-        state = "used"
+        state = said("used")
     else:
-        state = "steady" if cycle.get("steady") else "settling"
+        state = said("steady") if cycle.get("steady") else said("settling")
     return (Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"), Cell(state))
 
 
@@ -244,18 +273,20 @@ def _values(cycle: Mapping[str, Any], entries: Catalogue) -> tuple[Cell, ...]:
 def extremes_table(source: ReportSource) -> Table:
     """Return the extremes of each run with U, and when they were reached."""
     return Table(
-        "Extremes of all samples",
+        said("Extremes of all samples"),
         (
-            Column("Run"),
+            Column(said("Run")),
             *(
                 column
                 for _, words, unit in _EXTREMES
-                for column in (Column(f"{words} ± U", unit), Column("at", "s"))
+                for column in (Column(said("{words} ± U", words=words), unit), Column(said("at"), "s"))
             ),
         ),
         tuple(_extremes_row(run) for run in source.runs),
-        note="Over every sample of the run, also outside of cycles; all other figures are those of cycles, "
-        "or means over them. ? : in doubt, see Warnings.",
+        note=said(
+            "Over every sample of the run, also outside of cycles; all other figures are those of "
+            "cycles, or means over them. ? : in doubt, see Warnings."
+        ),
     )
 
 
@@ -269,7 +300,7 @@ def _extremes_row(run: ReportRun) -> tuple[Cell, ...]:
         shown = measured_cell(extreme.value, extreme.expanded_uncertainty, _NOT_HAD)
         at = DASH if extreme.time_s is None else fixed(extreme.time_s, 2)
         cells += [
-            Cell(f"{shown.text} ?", "open") if extreme.doubt else shown,
+            Cell(said("{text} ?", text=shown.text), "open") if extreme.doubt else shown,
             Cell(at, "number"),
         ]
     return tuple(cells)

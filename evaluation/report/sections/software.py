@@ -5,16 +5,17 @@ from __future__ import annotations
 from bufferstand.evaluation.report.content import Cell, Section, Sheet, Texts, moment_text
 from bufferstand.evaluation.report.sections.identity import given, recording_software
 from bufferstand.evaluation.report.source import ReportSource
+from bufferstand.evaluation.wording import said
 
-_NONE = (
-    "No validation record is named. One is made by “bufferstand validate --out DIR”; name it in report.toml: "
-    "validation = “validation.json”."
+_NONE = said(
+    "No validation record is named. One is made by “bufferstand validate --out DIR”; name it in "
+    "report.toml: validation = “validation.json”."
 )
-_OTHER = (
-    "The record is of another version than the one that evaluated these runs: it does not show that this one "
-    "is right."
+_OTHER = said(
+    "The record is of another version than the one that evaluated these runs: it does not show "
+    "that this one is right."
 )
-_BAD = "The record says that values were not as agreed: these results must not be relied upon."
+_BAD = said("The record says that values were not as agreed: these results must not be relied upon.")
 
 
 def software_section(source: ReportSource) -> Section:
@@ -24,24 +25,37 @@ def software_section(source: ReportSource) -> Section:
     used = Sheet(
         "",
         (
-            ("Recorded with", recording_software(source)),
+            (said("Recorded with"), recording_software(source)),
             (
-                "Evaluated with",
-                given(f"bufferstand {version}" if version else "", "not stated in the document"),
+                said("Evaluated with"),
+                given(
+                    said("bufferstand {version}", version=version) if version else "",
+                    said("not stated in the document"),
+                ),
             ),
         ),
     )
     if record is None:
-        return Section("software", "Validation of the software", (used, Texts((_NONE,))), annex=True)
+        return Section("software", said("Validation of the software"), (used, Texts((_NONE,))), annex=True)
     validated, evaluated = record["software"], source.document.get("software") or {}
     compared, missed = record["values_compared"], record["values_missed"]
     facts = (
-        ("Validated", Cell(str(record["judged"]))),
-        ("On", Cell(moment_text(str(record["made"])) or str(record["made"]))),
-        ("By", given(record["by"], "not stated in the record")),
-        ("Result", Cell(f"{compared - missed} of {compared} agreed values in {record['sets_judged']} sets")),
-        ("SHA-256 of the record", Cell(str(record["sha256"]), "code")),
-        ("SHA-256 of the validated code", Cell(str(validated["code_sha256"]), "code")),
+        (said("Validated"), Cell(str(record["judged"]))),
+        (said("On"), Cell(moment_text(str(record["made"])) or str(record["made"]))),
+        (said("By"), given(record["by"], said("not stated in the record"))),
+        (
+            said("Result"),
+            Cell(
+                said(
+                    "{compared} of {compared_2} agreed values in {sets_judged} sets",
+                    compared=compared - missed,
+                    compared_2=compared,
+                    sets_judged=record["sets_judged"],
+                )
+            ),
+        ),
+        (said("SHA-256 of the record"), Cell(str(record["sha256"]), "code")),
+        (said("SHA-256 of the validated code"), Cell(str(validated["code_sha256"]), "code")),
     )
     doubts = []
     if record["other_program"] or evaluated.get("code_sha256") != validated["code_sha256"]:
@@ -49,4 +63,4 @@ def software_section(source: ReportSource) -> Section:
     if not record["good"]:
         doubts.append(_BAD)
     blocks = (used, Sheet("", facts), *((Texts(tuple(doubts)),) if doubts else ()))
-    return Section("software", "Validation of the software", blocks, annex=True)
+    return Section("software", said("Validation of the software"), blocks, annex=True)

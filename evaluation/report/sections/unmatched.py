@@ -12,10 +12,12 @@ from bufferstand.evaluation.report.source import (
     ReportRun,
     alone,
     nearest_step,
+    numbers_text,
     runs_text,
     step_differences,
     step_words,
 )
+from bufferstand.evaluation.wording import capital, joined, kind_words, said
 
 
 def unmatched_table(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table | None:
@@ -33,24 +35,30 @@ def unmatched_table(sides: ComparedSpecimens, conditions: Sequence[Condition]) -
         of = next(side for side in sides.sides if any(run.number == one.number for one in side.source.runs))
         for other in sides.sides:
             if other is not of:
-                said = why_unmatched(run, other)
-                found.setdefault((of.letter, step_words(run), other.letter, said), []).append(run.number)
+                why = why_unmatched(run, other)
+                found.setdefault((of.letter, step_words(run), other.letter, why), []).append(run.number)
     if not found:
         return None
     return Table(
-        "Steps without a counterpart",
-        (Column("Of"), Column("Run"), Column("Step"), Column("Not on"), Column("Because")),
+        said("Steps without a counterpart"),
+        (
+            Column(said("Of")),
+            Column(said("Run")),
+            Column(said("Step")),
+            Column(said("Not on")),
+            Column(said("Because")),
+        ),
         tuple(
             (
                 Cell(of),
                 Cell(_numbers(numbers)),
                 Cell(step),
                 Cell(other),
-                Cell(said[:1].upper() + said[1:]),
+                Cell(capital(why)),
             )
-            for (of, step, other, said), numbers in found.items()
+            for (of, step, other, why), numbers in found.items()
         ),
-        note="Compared is the run of the other specimen that is nearest to the step.",
+        note=said("Compared is the run of the other specimen that is nearest to the step."),
     )
 
 
@@ -59,12 +67,14 @@ def why_unmatched(run: ReportRun, other: ComparedSpecimen) -> str:
     candidates = [part for whole in other.source.runs for part in whole.parts]
     nearest = nearest_step(run, candidates)
     if nearest is None:
-        return f"{other.letter} has no {run.kind} run"
+        return said("{letter} has no {kind} run", letter=other.letter, kind=kind_words(run.kind))
     apart = step_differences(run, nearest)
     if not apart:
-        return f"{other.letter} has run this step fewer times ({_times(run, candidates)})"
-    one, two = f"run {run.label}", f"run {nearest.label}"
-    return f"{two} is the nearest: " + "; ".join(each.sentence(one, two) for each in apart)
+        return said(
+            "{letter} has run this step fewer times ({run})", letter=other.letter, run=_times(run, candidates)
+        )
+    one, two = said("run {label}", label=run.label), said("run {label}", label=nearest.label)
+    return said("{two} is the nearest: ", two=two) + joined("; ", (each.sentence(one, two) for each in apart))
 
 
 def _times(run: ReportRun, candidates: Collection[ReportRun]) -> str:
@@ -73,4 +83,4 @@ def _times(run: ReportRun, candidates: Collection[ReportRun]) -> str:
 
 
 def _numbers(numbers: Sequence[int]) -> str:
-    return runs_text(set(numbers)).removeprefix("runs ").removeprefix("run ")
+    return numbers_text(set(numbers))

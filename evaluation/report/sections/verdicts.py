@@ -22,22 +22,28 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.sections.limit_set import limit_set_sheets
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
+from bufferstand.evaluation.wording import joined, kind_words, numeral, said, said_count, verdict_words
 
 _NAMES = {
-    "preload": "Preload",
-    "stored-energy": "Stored energy",
-    "absorbed-energy-ratio": "Absorbed / stored energy",
-    "temperature-range": "Temperature of the test",
-    "speed-limit": "Speed of the plunger",
-    "cycle-count": "Number of cycles",
-    "pause-limit": "Pause between cycles",
-    "rest-after-assembly": "Rest after assembly",
-    "immediate-unloading": "Unloading follows at once",
-    "full-release": "Full release between cycles",
-    "full-stroke": "Full stroke",
-    "impact-speed": "Impact speed",
-    "stored-energy-category": "Stored energy of the category",
+    "preload": said("Preload"),
+    "stored-energy": said("Stored energy"),
+    "absorbed-energy-ratio": said("Absorbed / stored energy"),
+    "temperature-range": said("Temperature of the test"),
+    "speed-limit": said("Speed of the plunger"),
+    "cycle-count": said("Number of cycles"),
+    "pause-limit": said("Pause between cycles"),
+    "rest-after-assembly": said("Rest after assembly"),
+    "immediate-unloading": said("Unloading follows at once"),
+    "full-release": said("Full release between cycles"),
+    "full-stroke": said("Full stroke"),
+    "impact-speed": said("Impact speed"),
+    "stored-energy-category": said("Stored energy of the category"),
 }
+_FURTHER = {
+    "permanent-deformation": said("Permanent deformation"),
+    "serviceable-condition": said("Serviceable condition"),
+}
+"""Of proof loads, by a limit set of a maker's."""
 _SYMBOLS: dict[str, tuple[str, Tone]] = {
     "pass": ("✓", "good"),
     "conditional-pass": ("(✓)", "good"),
@@ -48,7 +54,7 @@ _SYMBOLS: dict[str, tuple[str, Tone]] = {
     "invalid": ("✗", "bad"),
 }
 _ORDER = ("invalid", "fail", "conditional-fail", "inconclusive", "not-tested", "conditional-pass", "pass")
-_NO_VERDICT = "nothing is required of a run of this kind"
+_NO_VERDICT = said("nothing is required of a run of this kind")
 
 
 _CONDITIONS = frozenset(
@@ -68,13 +74,13 @@ def verdict_cell(verdict: object, why: str = _NO_VERDICT) -> Cell:
     if verdict is None:
         return Cell(DASH, "missing", why)
     symbol, tone = _SYMBOLS[str(verdict)]
-    return Cell(f"{symbol} {str(verdict).replace('-', ' ')}", tone)
+    return Cell(said("{symbol} {what}", symbol=symbol, what=verdict_words(verdict)), tone)
 
 
 def run_verdict_cell(run: ReportRun) -> Cell:
     """Return the verdict of a run; in brackets and without colour where no statement rests on it."""
     cell = verdict_cell(run.evaluated.get("verdict"))
-    return Cell(f"({cell.text})") if run.characterises and cell.tone != "missing" else cell
+    return Cell(said("({text})", text=cell.text)) if run.characterises and cell.tone != "missing" else cell
 
 
 def worst(verdicts: Sequence[str]) -> str:
@@ -109,41 +115,61 @@ def name_of(requirement: Mapping[str, Any]) -> str:
     """Return a requirement's id as words: ``Force at 60 mm``."""
     identifier = str(requirement.get("id"))
     if identifier.startswith("force-at-"):
-        return f"Force at {identifier.removeprefix('force-at-').removesuffix('mm')} mm"
-    return _NAMES.get(identifier, identifier.replace("-", " ").capitalize())
+        return said(
+            "Force at {stroke} mm", stroke=numeral(identifier.removeprefix("force-at-").removesuffix("mm"))
+        )
+    if identifier.startswith("proof-load-"):
+        return said("Proof load {load}", load=identifier.removeprefix("proof-load-"))
+    return (_NAMES | _FURTHER).get(identifier) or identifier.replace("-", " ").capitalize()
 
 
 def verdict_line(run: ReportRun) -> VerdictLine:
     """Return a run's verdict with a sentence that a person who reads nothing else can act on."""
     verdict = run.evaluated.get("verdict")
     sentence, deciding = _sentence(run, verdict)
-    subject = f"Run {run.number} ({run.id}, {run.kind})"
+    subject = said("Run {number} ({id}, {kind})", number=run.number, id=run.id, kind=kind_words(run.kind))
     if run.characterises:
-        subject += ": characterisation, no part of the statement of conformity"
+        subject += said(": characterisation, no part of the statement of conformity")
     return VerdictLine(run_verdict_cell(run), subject, sentence, grouped_points(deciding))
 
 
 def _sentence(run: ReportRun, verdict: object) -> tuple[str, Sequence[Mapping[str, Any]]]:
     """Return the sentence, and the requirements that decided."""
     if verdict is None:
-        return f"No verdict: {_NO_VERDICT}.", ()
+        return said("No verdict: {no_verdict}.", no_verdict=_NO_VERDICT), ()
     conditions = [r for r in run.requirements if is_condition(r)]
     required = [r for r in run.requirements if not is_condition(r)]
     if verdict == "pass":
-        kept = f"all {len(conditions)} conditions of the test were kept"
-        return f"All {len(required)} requirements are met and {kept}.", ()
+        kept = said(
+            "all {count_of_conditions} conditions of the test were kept", count_of_conditions=len(conditions)
+        )
+        return said(
+            "All {count_of_required} requirements are met and {kept}.",
+            count_of_required=len(required),
+            kept=kept,
+        ), ()
     if verdict == "invalid":
         broken = [r for r in conditions if r["verdict"] == "fail"]
-        return "The test does not count, because its conditions were broken:", broken
+        return said("The test does not count, because its conditions were broken:"), broken
     if verdict == "fail":
         failed = [r for r in required if r["verdict"] == "fail"]
-        return f"{len(failed)} of {len(required)} requirements are not met:", failed
+        return said(
+            "{count_of_failed} of {count_of_required} requirements are not met:",
+            count_of_failed=len(failed),
+            count_of_required=len(required),
+        ), failed
     if verdict in {"inconclusive", "not-tested"}:
         open_ = [r for r in [*conditions, *required] if r["verdict"] in {"inconclusive", "not-tested"}]
         met = sum(r["verdict"] in {"pass", "conditional-pass"} for r in required)
-        return f"Nothing failed; {met} of {len(required)} requirements are met. Not decided:", open_
+        return said(
+            "Nothing failed; {met} of {count_of_required} requirements are met. Not decided:",
+            met=met,
+            count_of_required=len(required),
+        ), open_
     near = [r for r in run.requirements if r["verdict"] == verdict]
-    return f"{len(near)} results lie closer to a limit than their uncertainty:", near
+    return said(
+        "{count_of_near} results lie closer to a limit than their uncertainty:", count_of_near=len(near)
+    ), near
 
 
 def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
@@ -158,8 +184,14 @@ def grouped_points(requirements: Sequence[Mapping[str, Any]]) -> tuple[str, ...]
     points = []
     for name, why in reasons.items():
         of = cycles[name]
-        where = f" (cycle{'s' if len(of) > 1 else ''} {', '.join(of)})" if of else ""
-        points.append(f"{name}{where}: {why}" if why else f"{name}{where}")
+        where = (
+            said_count(" (cycle {list})", " (cycles {list})", len(of), list=joined(", ", of)) if of else ""
+        )
+        points.append(
+            said("{name}{where}: {why}", name=name, where=where, why=why)
+            if why
+            else said("{name}{where}", name=name, where=where)
+        )
     return tuple(points)
 
 
@@ -177,11 +209,18 @@ def requirements_section(source: ReportSource) -> Section | None:
         return None
     standards = dict.fromkeys(str(r["standard"]) for r in judged)
     editions = dict.fromkeys(
-        f"{r['standard']}, edition: {r.get('edition') or 'not on record'}." for r in judged
+        said(
+            "{standard}, edition: {what}.",
+            standard=r["standard"],
+            what=r.get("edition") or said("not on record"),
+        )
+        for r in judged
     )
     sets = limit_set_sheets(source)
     blocks = (*(sets or (Texts(tuple(editions)),)), *tables)
-    return Section("requirements", f"Requirements of {', '.join(standards)}", blocks, annex=True)
+    return Section(
+        "requirements", said("Requirements of {list}", list=joined(", ", standards)), blocks, annex=True
+    )
 
 
 def reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
@@ -191,19 +230,19 @@ def reading_order(requirement: Mapping[str, Any]) -> tuple[int, int, float]:
 
 
 def _table(run: ReportRun, requirements: Sequence[Mapping[str, Any]], *, conditions: bool) -> Table:
-    what = "conditions of the test" if conditions else "requirements on the specimen"
-    what += " (characterisation)" if run.characterises else ""
+    what = said("conditions of the test") if conditions else said("requirements on the specimen")
+    what += said(" (characterisation)") if run.characterises else ""
     return Table(
-        f"Run {run.number} ({run.id}): {what}",
+        said("Run {number} ({id}): {what}", number=run.number, id=run.id, what=what),
         (
-            Column("Condition" if conditions else "Requirement"),
-            Column("Cycle"),
-            Column("Measured ± U"),
-            Column("Permitted"),
-            Column("Unit"),
-            Column("Conf. prob."),
-            Column("Verdict"),
-            Column("Why"),
+            Column(said("Condition") if conditions else said("Requirement")),
+            Column(said("Cycle")),
+            Column(said("Measured ± U")),
+            Column(said("Permitted")),
+            Column(said("Unit")),
+            Column(said("Conf. prob.")),
+            Column(said("Verdict")),
+            Column(said("Why")),
         ),
         tuple(_row(requirement) for requirement in requirements),
     )
@@ -216,13 +255,13 @@ def _row(requirement: Mapping[str, Any]) -> tuple[Cell, ...]:
     unit = str(requirement.get("unit") or "")
     return (
         Cell(name_of(requirement)),
-        Cell("all" if cycle is None else str(cycle), "number"),
+        Cell(said("all") if cycle is None else str(cycle), "number"),
         measured_cell(
-            requirement.get("measured"), requirement.get("expanded_uncertainty"), why or "not measured"
+            requirement.get("measured"), requirement.get("expanded_uncertainty"), why or said("not measured")
         ),
         Cell(limits_text(requirement.get("lower_limit"), requirement.get("upper_limit")), "number"),
         Cell("–" if unit in {"", "1"} else unit),
-        Cell(DASH, "missing", "no uncertainty, or no measured value, to compute it from")
+        Cell(DASH, "missing", said("no uncertainty, or no measured value, to compute it from"))
         if probability is None
         else Cell(probability_text(probability), "number"),
         verdict_cell(requirement["verdict"]),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.fields import (
         ReportFields,
+        language_for,
         missing_fields,
         read_fields,
     )
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
         NOT_RECORDED,
         ReportRun,
         ReportSource,
+        numbers_text,
         runs_text,
     )
     from bufferstand.evaluation.report.source.specimens import (
@@ -81,10 +83,12 @@ __all__ = [
     "conditions_of",
     "energy_trace",
     "is_pattern",
+    "language_for",
     "loop_of",
     "missing_fields",
     "nearest_step",
     "number_of_range",
+    "numbers_text",
     "purpose_texts",
     "purpose_warnings",
     "read_fields",

@@ -12,6 +12,7 @@ from bufferstand.evaluation.figures import Floats, LoopCurve, TimelineStep, Trac
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.report.content import usable
 from bufferstand.evaluation.report.source.source import ReportRun
+from bufferstand.evaluation.wording import said, status_words
 
 _RUN_POINTS = 1500
 _LONGEST_SENSOR_STEPS = 5.0
@@ -105,14 +106,14 @@ def campaign_clock(runs: Sequence[ReportRun]) -> CampaignClock:
     known = [start for start in starts if start is not None]
     if len(known) < len(runs):
         return CampaignClock(
-            end_to_end, "Start times are not on record: the runs are drawn one behind the other."
+            end_to_end, said("Start times are not on record: the runs are drawn one behind the other.")
         )
     offsets = tuple((start - known[0]).total_seconds() for start in known)
     pairs = zip(offsets, lengths, offsets[1:], strict=False)
     if any(start + length > following + 1.0 for start, length, following in pairs):
         return CampaignClock(
             end_to_end,
-            "The stand ran faster than the clock on the wall: the runs are drawn one behind the other.",
+            said("The stand ran faster than the clock on the wall: the runs are drawn one behind the other."),
         )
     return CampaignClock(offsets, "")
 
@@ -124,7 +125,7 @@ def steps_of(runs: Sequence[ReportRun], clock: CampaignClock) -> list[TimelineSt
             str(run.number),
             start,
             start + run.duration_s,
-            run.status if run.status in {"stopped", "failed"} else "",
+            status_words(run.status) if run.status in {"stopped", "failed"} else "",
         )
         for run, start in zip(runs, clock.starts_s, strict=True)
     ]
@@ -143,7 +144,7 @@ def stroke_trace(runs: Sequence[ReportRun], clock: CampaignClock) -> Trace:
         kept = kept_samples(time, stroke, _RUN_POINTS)
         times += [time[kept] + start, np.array([np.nan])]
         values += [stroke[kept], np.array([np.nan])]
-    return _trace("stroke", times, values)
+    return _trace(said("stroke"), times, values)
 
 
 def energy_trace(runs: Sequence[ReportRun], clock: CampaignClock) -> Trace | None:
@@ -170,7 +171,7 @@ def energy_trace(runs: Sequence[ReportRun], clock: CampaignClock) -> Trace | Non
     last = max(start + run.duration_s for run, start in zip(runs, clock.starts_s, strict=True))
     times.append(max(last, times[-1]))
     values.append(total)
-    return Trace("energy absorbed by complete cycles", np.array(times), np.array(values))
+    return Trace(said("energy absorbed by complete cycles"), np.array(times), np.array(values))
 
 
 def temperature_traces(runs: Sequence[ReportRun], clock: CampaignClock) -> list[Trace]:

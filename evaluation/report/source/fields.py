@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field
 
 from bufferstand.evaluation.report.source.number_range import check_pattern, is_pattern
+from bufferstand.evaluation.wording import Code, Language, language_of, said
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import Day, Settings, load_settings
 
@@ -23,6 +24,10 @@ CountryCode = Annotated[
 class ReportFields(Settings):
     """The report's own facts; an empty one is missing, and the report a draft."""
 
+    language: Code = "en"
+    """Language of the report (ISO 639-1)."""
+    time_zone: str = ""
+    """Time zone of its times, by the name of the IANA data base; empty: each as it is on record."""
     number: str = ""
     """The laboratory's own number of the report, or the pattern of its range (``PB-{year}-{running:04}``)."""
     number_register: str = ""
@@ -88,24 +93,29 @@ class ReportFields(Settings):
     """What is different from that one."""
 
 
+_NAMES = {
+    "laboratory": said("name of the laboratory"),
+    "customer": said("name of the customer"),
+    "operator": said("name of the operator"),
+}
 _FILES = (
     *("validation", "mark", "specimen_photo", "setup_photo", "accreditation_mark"),
     *("introduction", "number_register", "template", "amends_report"),
 )
 """Keys that name a file relative to ``report.toml``."""
 _REQUIRED = {
-    "laboratory_address": "address of the laboratory",
-    "place_of_test": "place of the test",
-    "customer_address": "address of the customer",
-    "method": "test method with edition and procedure version",
-    "received": "date of receipt of the specimen",
-    "issued": "date of issue",
-    "checked_by": "who checked the report",
-    "authorised_by": "who authorised the report",
+    "laboratory_address": said("address of the laboratory"),
+    "place_of_test": said("place of the test"),
+    "customer_address": said("address of the customer"),
+    "method": said("test method with edition and procedure version"),
+    "received": said("date of receipt of the specimen"),
+    "issued": said("date of issue"),
+    "checked_by": said("who checked the report"),
+    "authorised_by": said("who authorised the report"),
 }
 _OF_AN_AMENDMENT = {
-    "amends_issued": "date of the report that this one replaces",
-    "amendment_changes": "what this report changes",
+    "amends_issued": said("date of the report that this one replaces"),
+    "amendment_changes": said("what this report changes"),
 }
 
 
@@ -134,6 +144,7 @@ def read_fields(path: Path) -> ReportFields:
     fields = fields.model_copy(update={key: str(path.parent / name) for key, name in named.items() if name})
     own = tuple(str(path.parent / name) for name in fields.appendices)
     fields = fields.model_copy(update={"appendices": own})
+    _check_zone(fields, path)
     _check_number(fields, path)
     if fields.accreditation_mark and not fields.accreditation_number:
         raise BadInput(
@@ -159,6 +170,24 @@ def read_fields(path: Path) -> ReportFields:
             remedy="add amends_report, the PDF of the report that it replaces, or amends, its id",
         )
     return fields
+
+
+def _check_zone(fields: ReportFields, path: Path) -> None:
+    try:
+        language_for(fields, None)
+    except BadInput as error:
+        raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+
+
+def language_for(fields: ReportFields, code: Code | None) -> Language:
+    """Return the language of a report, with its time zone: that of ``code``, or else of its fields.
+
+    Raises
+    ------
+    BadInput
+        If there is no such time zone.
+    """
+    return language_of(code or fields.language, fields.time_zone)
 
 
 def _check_number(fields: ReportFields, path: Path) -> None:
@@ -191,6 +220,6 @@ def missing_fields(fields: ReportFields, laboratory: str, customer: str, tested_
         As found in ``fields`` or the runs; empty where neither says it.
     """
     known = {"laboratory": laboratory, "customer": customer, "operator": tested_by}
-    absent = [f"name of the {what}" for what, name in known.items() if not name]
+    absent = [_NAMES[what] for what, name in known.items() if not name]
     required = _REQUIRED | (_OF_AN_AMENDMENT if fields.amends else {})
     return (*absent, *(text for name, text in required.items() if not getattr(fields, name)))

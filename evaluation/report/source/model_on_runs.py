@@ -16,6 +16,7 @@ from bufferstand.evaluation.figures.model_comparison import (
 )
 from bufferstand.evaluation.report.source.model_answer import ModelAnswer
 from bufferstand.evaluation.report.source.source import ReportRun
+from bufferstand.evaluation.wording import kind_words, said
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import file_hash
 from bufferstand.model import load_model
@@ -33,7 +34,9 @@ def apply_model(path: Path, runs: Sequence[ReportRun]) -> ModelAnswer:
     checks, left_out = {}, {}
     for run in runs:
         if run.kind not in KINDS or run.record is None:
-            left_out[run.number] = run.problem or f"a run of kind “{run.kind}” does not show the spring alone"
+            left_out[run.number] = run.problem or said(
+                "a run of kind “{kind}” does not show the spring alone", kind=kind_words(run.kind)
+            )
             continue
         try:
             drive = drive_of(run.record, run.id)
@@ -41,7 +44,7 @@ def apply_model(path: Path, runs: Sequence[ReportRun]) -> ModelAnswer:
             left_out[run.number] = error.problem
             continue
         if float(np.max(drive.stroke_mm)) < AT_CONTACT_MM:
-            left_out[run.number] = "nothing was compressed"
+            left_out[run.number] = said("nothing was compressed")
             continue
         checks[run.number] = check_run(drive, answer_to(model, drive))
     if not checks:

@@ -9,6 +9,7 @@ from bufferstand.evaluation.report.source.fields import ReportFields
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.own_template import read_own_template
 from bufferstand.evaluation.report.source.own_text import OwnText, read_own_text
+from bufferstand.evaluation.wording import said
 
 
 class OwnParts(TypedDict):
@@ -30,8 +31,8 @@ def own_parts(fields: ReportFields) -> OwnParts:
         If a picture, a text or the template cannot be used.
     """
     return {
-        "setup_photo": read_image(fields.setup_photo, "setup_photo", "Photo of the set-up"),
-        "accreditation": read_image(fields.accreditation_mark, "accreditation_mark", "Accreditation"),
+        "setup_photo": read_image(fields.setup_photo, "setup_photo", said("Photo of the set-up")),
+        "accreditation": read_image(fields.accreditation_mark, "accreditation_mark", said("Accreditation")),
         "introduction": read_own_text(fields.introduction) if fields.introduction else None,
         "appendices": tuple(map(read_own_text, fields.appendices)),
         "template": read_own_template(fields.template),

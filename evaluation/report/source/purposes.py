@@ -9,9 +9,10 @@ from typing import Any
 from bufferstand.evaluation.across_runs.conformity import Candidate, decide_purposes, standing_of
 from bufferstand.evaluation.archive import settings_entry
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource, runs_text
+from bufferstand.evaluation.wording import joined, said
 from bufferstand.foundation import BadInput
 
-_KINDS = {"static": "static test", "impact": "impact test", "proof": "proof loads"}
+_KINDS = {"static": said("static test"), "impact": said("impact test"), "proof": said("proof loads")}
 
 
 def with_purposes(
@@ -59,7 +60,7 @@ def check_chosen(sources: Sequence[ReportSource], chosen: Sequence[str]) -> None
     """
     for name in chosen:
         if not any(name in _names(run) for source in sources for run in source.runs):
-            ids = ", ".join(run.id for source in sources for run in source.runs if run.requirements)
+            ids = joined(", ", (run.id for source in sources for run in source.runs if run.requirements))
             raise BadInput(
                 f"no run “{name}” is in this report",
                 file="--conformity",
@@ -72,26 +73,40 @@ def purpose_texts(source: ReportSource) -> tuple[str, ...]:
     numbers = {run.id: run.number for run in source.runs}
     texts = []
     for statement in source.statements:
-        of = f" of specimen {statement['specimen']}" if statement["specimen"] else ""
+        of = said(" of specimen {specimen}", specimen=statement["specimen"]) if statement["specimen"] else ""
         tests = [numbers[name] for name in statement["runs"] if name in numbers]
-        what = f"Conformity test{of} ({_KINDS.get(str(statement['kind']), statement['kind'])})"
-        text = f"{what}: {runs_text(tests)}, {statement['why']}." if tests else f"{what}: {_none(statement)}."
+        what = said(
+            "Conformity test{of} ({kind})", of=of, kind=_KINDS.get(str(statement["kind"]), statement["kind"])
+        )
+        text = (
+            said("{what}: {runs}, {why}.", what=what, runs=runs_text(tests), why=statement["why"])
+            if tests
+            else said("{what}: {statement}.", what=what, statement=_none(statement))
+        )
         others = [numbers[name] for name in statement["characterisation"] if name in numbers]
         if others:
-            text += f" Characterisation, and no part of this statement: {runs_text(others)}."
+            text += said(" Characterisation, and no part of this statement: {runs}.", runs=runs_text(others))
         texts.append(text)
     return tuple(texts)
 
 
 def _none(statement: Mapping[str, Any]) -> str:
-    elsewhere = ", ".join(statement["runs"])
-    return f"run {elsewhere}, which is not in this report" if elsewhere else f"none; {statement['why']}"
+    elsewhere = joined(", ", statement["runs"])
+    return (
+        said("run {elsewhere}, which is not in this report", elsewhere=elsewhere)
+        if elsewhere
+        else said("none; {why}", why=statement["why"])
+    )
 
 
 def purpose_warnings(source: ReportSource) -> list[str]:
     """Return what else could have been meant."""
     return [
-        f"Conformity test of {statement['specimen'] or 'a specimen without id'}: {text}."
+        said(
+            "Conformity test of {what}: {text}.",
+            what=statement["specimen"] or said("a specimen without id"),
+            text=text,
+        )
         for statement in source.statements
         for text in statement["warnings"]
     ]

@@ -14,7 +14,7 @@ from bufferstand.evaluation.archive import document as evaluation_document
 from bufferstand.evaluation.facts import Options
 from bufferstand.evaluation.loading import load_opened
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.report.source.fields import ReportFields, load_fields
+from bufferstand.evaluation.report.source.fields import ReportFields, language_for, load_fields
 from bufferstand.evaluation.report.source.given_images import read_image
 from bufferstand.evaluation.report.source.model_on_runs import apply_model
 from bufferstand.evaluation.report.source.own_parts import own_parts
@@ -23,6 +23,7 @@ from bufferstand.evaluation.report.source.purposes import with_purposes
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource
 from bufferstand.evaluation.requirements import LimitSet, find_limit_set, shipped_limit_set, shipped_names
 from bufferstand.evaluation.validation import load_validation
+from bufferstand.evaluation.wording import Code, said
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import file_hash
 from bufferstand.recording.finding import run_files
@@ -55,7 +56,7 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
     """
     files = run_files([path])
     findings = [
-        f"{left.name}: a journal that was never sealed; its run is not in this report"
+        said("{file}: a journal that was never sealed; its run is not in this report", file=left.name)
         for left in sorted(path.rglob("*.journal") if path.is_dir() else ())
     ]
     loaded = []
@@ -66,7 +67,13 @@ def load_files(path: Path) -> tuple[list[Loaded], list[str]]:
         except BadInput as error:
             if len(files) == 1:
                 raise
-            findings.append(f"{file.name} could not be read and is not in this report: {error.problem}")
+            findings.append(
+                said(
+                    "{file} could not be read and is not in this report: {problem}",
+                    file=file.name,
+                    problem=error.problem,
+                )
+            )
             continue
         loaded.append(Loaded(run, record if record.time_s.size else None, "; ".join(facts.problems)))
     if not loaded:
@@ -99,7 +106,7 @@ def _each_once(loaded: Sequence[Loaded], findings: list[str]) -> list[Loaded]:
             for run in (o.run for o in loaded)
         ]
     )
-    findings += [f"{copy.text}; it is in this report once" for copy in told.copies]
+    findings += [said("{what}; it is in this report once", what=copy.text) for copy in told.copies]
     return [loaded[place] for place in told.kept]
 
 
@@ -123,6 +130,8 @@ class Given:
         Runs that are the conformity test of their specimen, by id or path.
     jobs : int or None
         Processes that evaluate; None: one a core, spawned: a script needs its ``__main__`` guard then.
+    language : str or None
+        Language of the report (``de``); None: as its fields say.
     detailed : bool
         Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too.
     """
@@ -134,6 +143,7 @@ class Given:
     earlier: Mapping[str, Any] | None = None
     conformity: tuple[str, ...] = ()
     jobs: int | None = 1
+    language: Code | None = None
     detailed: bool = False
 
 
@@ -192,9 +202,10 @@ def read_source(
         earlier=earlier,
         predecessor=predecessor,
         statements=statements,
+        language=language_for(fields, given.language),
         detailed=given.detailed,
-        mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
-        photo=read_image(fields.specimen_photo, "specimen_photo", "Photo of the specimen"),
+        mark=read_image(fields.mark, "mark", said("Mark of the laboratory")),
+        photo=read_image(fields.specimen_photo, "specimen_photo", said("Photo of the specimen")),
         **own_parts(fields),
         validation=load_validation(Path(fields.validation)) if fields.validation else None,
     )
@@ -212,7 +223,11 @@ def _evaluated(
         path, problem = next(iter(problems.items()))
         raise BadInput(problem, file=Path(path))
     findings += [
-        f"{Path(path).name} could not be evaluated and is not in this report: {problem}"
+        said(
+            "{file} could not be evaluated and is not in this report: {problem}",
+            file=Path(path).name,
+            problem=problem,
+        )
         for path, problem in problems.items()
     ]
     return [one for one in loaded if str(one.run.path) not in problems], evaluation_document(evaluation)

@@ -19,11 +19,12 @@ from bufferstand.evaluation.report.source.own_text import OwnText
 from bufferstand.evaluation.report.source.predecessor import Predecessor
 from bufferstand.evaluation.requirements import LimitSet
 from bufferstand.evaluation.run.extremes import sample_extremes
+from bufferstand.evaluation.wording import ENGLISH, Language, joined, said, said_count
 from bufferstand.foundation import Kind
 from bufferstand.foundation.files import canonical_json
 from bufferstand.recording.runfile import simulated_of
 
-NOT_RECORDED = "not recorded in the run file"
+NOT_RECORDED = said("not recorded in the run file")
 EVALUATION_NAME = "evaluation.json"
 """Name of the evaluation document inside the PDF."""
 _OF_EXTREME = tuple(each.name for each in fields(Extreme))
@@ -118,7 +119,7 @@ class ReportRun:
     @property
     def reason(self) -> str:
         """Why it ended as it did, without the full stop."""
-        return str(self.metadata["run"].get("reason") or "no reason recorded").rstrip(". ")
+        return str(self.metadata["run"].get("reason") or "").rstrip(". ") or said("no reason recorded")
 
     @property
     def cycles(self) -> list[Mapping[str, Any]]:
@@ -186,7 +187,7 @@ class ReportRun:
         entry = self.fact("limits", "in_force", name)
         if isinstance(entry, Mapping):
             return usable(entry.get("value")), str(entry.get("source") or "")
-        return usable(self.fact("stand", "limits", name)), "the stand"
+        return usable(self.fact("stand", "limits", name)), said("the stand")
 
     @property
     def temperature_stop_C(self) -> float | None:  # noqa: N802 - the unit's own letter
@@ -288,6 +289,8 @@ class ReportSource:
     """Texts of the laboratory's own."""
     template: OwnTemplate | None = None
     """What it puts in the place of blocks of the shipped templates."""
+    language: Language = ENGLISH
+    """In which the report is written, with its time zone."""
     detailed: bool = False
     """Whether the annex has the tables by cycle, every budget and the numbers behind the figures, too."""
 
@@ -325,11 +328,25 @@ class ReportSource:
             return Cell(DASH, "missing", NOT_RECORDED)
         if len(by_value) == 1:
             return Cell(next(iter(by_value)))
-        return Cell("; ".join(f"{value or DASH} ({runs_text(of)})" for value, of in by_value.items()))
+        return Cell(
+            joined(
+                "; ",
+                (
+                    said("{what} ({runs})", what=value or DASH, runs=runs_text(of))
+                    for value, of in by_value.items()
+                ),
+            )
+        )
 
 
 def runs_text(numbers: Iterable[int]) -> str:
     """Return ``run 3`` or ``runs 1–4, 7``."""
+    ordered = sorted(numbers)
+    return said_count("run {numbers}", "runs {numbers}", len(ordered), numbers=numbers_text(ordered))
+
+
+def numbers_text(numbers: Iterable[int]) -> str:
+    """Return the numbers of runs alone: ``1–4, 7``."""
     ordered = sorted(numbers)
     groups: list[list[int]] = []
     for number in ordered:
@@ -337,8 +354,7 @@ def runs_text(numbers: Iterable[int]) -> str:
             groups[-1].append(number)
         else:
             groups.append([number])
-    text = ", ".join(str(g[0]) if len(g) == 1 else f"{g[0]}–{g[-1]}" for g in groups)
-    return f"{'run' if len(ordered) == 1 else 'runs'} {text}"
+    return ", ".join(str(g[0]) if len(g) == 1 else f"{g[0]}–{g[-1]}" for g in groups)
 
 
 def _finite(content: Any) -> Any:

@@ -12,6 +12,7 @@ from bufferstand.evaluation.report.source.own_parts import own_parts
 from bufferstand.evaluation.report.source.predecessor import predecessor_of
 from bufferstand.evaluation.report.source.source import EVALUATION_NAME, ReportRun, ReportSource
 from bufferstand.evaluation.report.source.step_matching import same_step
+from bufferstand.evaluation.wording import ENGLISH, Language, joined, kind_words, said
 
 MOST_SIDES = 26
 
@@ -28,7 +29,7 @@ class ComparedSpecimen:
         """Specimen and folder, in words."""
         specimen = self.source.common("specimen", "id")
         known = specimen.text if specimen.tone != "missing" else ""
-        return f"{known} ({self.source.name})" if known else self.source.name
+        return said("{known} ({name})", known=known, name=self.source.name) if known else self.source.name
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,9 @@ class Condition:
     runs: tuple[ReportRun | None, ...]
 
 
-def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> ComparedSpecimens:
+def side_by_side(
+    sources: Sequence[ReportSource], fields: ReportFields, language: Language = ENGLISH
+) -> ComparedSpecimens:
     """Join sources into one, their runs numbered through.
 
     Parameters
@@ -63,6 +66,8 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
         Two or more; the first is the reference.
     fields : ReportFields
         What the laboratory says of the comparison.
+    language : Language
+        In which the comparison is written.
     """
     sides, numbered = [], 0
     for place, source in enumerate(sources):
@@ -75,7 +80,7 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
     fields, predecessor = predecessor_of(fields)
     rules = {source.decision_rule for source in sources}
     whole = ReportSource(
-        name=" vs ".join(source.name for source in sources),
+        name=joined(" vs ", (source.name for source in sources)),
         runs=tuple(run for side in sides for run in side.source.runs),
         document={
             "schema": "bufferstand/evaluation/1",
@@ -83,12 +88,17 @@ def side_by_side(sources: Sequence[ReportSource], fields: ReportFields) -> Compa
             "runs": [entry for source in sources for entry in source.document.get("runs") or []],
         },
         fields=fields,
-        findings=tuple(f"{side.letter}: {text}" for side in sides for text in side.source.findings),
+        findings=tuple(
+            said("{letter}: {text}", letter=side.letter, text=text)
+            for side in sides
+            for text in side.source.findings
+        ),
         decision_rule=rules.pop() if len(rules) == 1 else None,
         limit_sets=_unique(sources),
         statements=tuple(statement for source in sources for statement in source.statements),
+        language=language,
         predecessor=predecessor,
-        mark=read_image(fields.mark, "mark", "Mark of the laboratory"),
+        mark=read_image(fields.mark, "mark", said("Mark of the laboratory")),
         **own_parts(fields),
     )
     return ComparedSpecimens(tuple(sides), whole)
@@ -131,7 +141,9 @@ def step_words(run: ReportRun) -> str:
     """Return the step of a run in few words: its kind and speed, or mean ± amplitude and frequency."""
     if run.kind != "harmonic":
         speed = usable(run.result("speed_loading_max_mm_per_s"))
-        return run.kind + ("" if speed is None else f", {significant(speed, 2)} mm/s")
+        return kind_words(run.kind) + (
+            "" if speed is None else said(", {speed} mm/s", speed=significant(speed, 2))
+        )
     parts = [run.nominal(name) for name in ("prestress_mm", "amplitude_mm", "frequency_Hz")]
     mean, half, frequency = ("—" if part is None else significant(part, 3) for part in parts)
-    return f"{mean} ± {half} mm, {frequency} Hz"
+    return said("{mean} ± {half} mm, {frequency} Hz", mean=mean, half=half, frequency=frequency)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from bufferstand.evaluation.report.content import significant
 from bufferstand.evaluation.report.source.source import ReportRun
+from bufferstand.evaluation.wording import said
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,11 @@ class StepCondition:
 
 _OF_KIND: dict[str, tuple[StepCondition, ...]] = {
     "harmonic": (
-        StepCondition("prestress_mm", "prestress", "mm", 2.0, 0.0),
-        StepCondition("amplitude_mm", "amplitude", "mm", 0.5, 0.05),
-        StepCondition("frequency_Hz", "frequency", "Hz", 0.0, 0.05),
+        StepCondition("prestress_mm", said("prestress"), "mm", 2.0, 0.0),
+        StepCondition("amplitude_mm", said("amplitude"), "mm", 0.5, 0.05),
+        StepCondition("frequency_Hz", said("frequency"), "Hz", 0.0, 0.05),
     ),
-    "static": (StepCondition("speed_loading_max_mm_per_s", "loading speed", "mm/s", 0.1, 0.10),),
+    "static": (StepCondition("speed_loading_max_mm_per_s", said("loading speed"), "mm/s", 0.1, 0.10),),
 }
 
 
@@ -65,11 +66,19 @@ class StepDifference:
         """Return it in words, given how the two runs are called."""
         words, unit = self.condition.words, self.condition.unit
         if self.one is None or self.two is None:
-            return f"{words} of {one if self.one is None else two} is not on record"
+            return said(
+                "{words} of {one} is not on record", words=words, one=one if self.one is None else two
+            )
         apart, permitted = abs(self.one - self.two), self.condition.permitted(self.one, self.two)
-        return (
-            f"{words} {significant(self.one, 3)} {unit} against {significant(self.two, 3)} {unit}: "
-            f"{significant(apart, 2)} {unit} apart, at most {significant(permitted, 2)} {unit} permitted"
+        return said(
+            "{words} {one} {unit} against {two} {unit}: {apart} {unit} apart, at most {permitted} {unit} "
+            "permitted",
+            words=words,
+            one=significant(self.one, 3),
+            unit=unit,
+            two=significant(self.two, 3),
+            apart=significant(apart, 2),
+            permitted=significant(permitted, 2),
         )
 
 

@@ -1,0 +1,250 @@
+"""The languages of a report: their catalogues, and how they write numbers, days and times."""
+
+from __future__ import annotations
+
+import gettext
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, tzinfo
+from functools import cached_property, lru_cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Literal, get_args
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+
+from bufferstand.evaluation.wording.texts import Worded, offset_text, said
+from bufferstand.foundation import BadInput
+
+if TYPE_CHECKING:
+    from babel.messages.catalog import Catalog
+
+Code = Literal["en", "de", "cs", "fr"]
+LANGUAGES: tuple[Code, ...] = get_args(Code)
+"""Languages that a report can be written in, by their ISO 639-1 codes; its texts are written in the first."""
+EVALUATION = "evaluation"
+"""Context of the messages of an evaluation document: finished English texts, known by their form."""
+_NUMBER = re.compile(r"(?<![\w.,])(\d+)(?:\.(\d+))?(?![\d.])")
+_GROUPED_FROM = 5
+_FACT = re.compile(r"\{(\w+)\}")
+_WORDS = re.compile(r"[A-Za-z]{2}")
+_BETWEEN = "; "
+_TOLD = frozenset({"why", "text"})
+"""Facts that are texts of the evaluation themselves: without a translation of theirs there is none at all."""
+_THIN = "\u202f"
+
+
+@dataclass(frozen=True)
+class Language:
+    """A language and the time zone in which it tells times.
+
+    Parameters
+    ----------
+    code : str
+        One of :data:`LANGUAGES`.
+    zone : tzinfo or None
+        The report's time zone; None: each time as it is on record.
+    """
+
+    code: Code = "en"
+    zone: tzinfo | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it leaves every text as it stands."""
+        return self.code == "en" and self.zone is None
+
+    @property
+    def decimal(self) -> str:
+        """The decimal sign."""
+        if self.code == "en":
+            return "."
+        from babel.numbers import get_decimal_symbol  # noqa: PLC0415 - only for other languages
+
+        return get_decimal_symbol(self.code)
+
+    def say(self, text: str) -> str:
+        """Return a text in this language.
+
+        A plain one stays as it is, unless it is a message of the evaluation.
+        """
+        if isinstance(text, Worded):
+            return text.in_language(self)
+        return text if self.code == "en" else self._from_evaluation(text)
+
+    def message(self, message: str) -> str:
+        """Return the translation of a message; the message itself where the catalogue lacks it."""
+        return message if self.code == "en" else self._catalogue.gettext(message)
+
+    def counted(self, one: str, many: str, count: int) -> str:
+        """Return the translation that goes with a number of things."""
+        if self.code == "en":
+            return one if count == 1 else many
+        return self._catalogue.ngettext(one, many, count)
+
+    def numeral(self, text: str) -> str:
+        """Return numbers in this language's form: its decimal sign, thin spaces from five digits on."""
+        if self.code == "en":
+            return text
+        return _NUMBER.sub(self._number, text)
+
+    def plain(self, text: str) -> str:
+        """Return a number in the form of programs: a decimal point, no spaces in it."""
+        return text.replace(_THIN, "").replace(self.decimal, ".")
+
+    def moment(self, at: datetime) -> str:
+        """Return day and time with the offset; in the report's zone, if there is one."""
+        local = self._local(at)
+        return f"{self.day(local.date())} {local:%H:%M:%S} {offset_text(local)}"
+
+    def span(self, first: datetime, last: datetime) -> str:
+        """Return two moments with the offset, the day once where it is the same."""
+        begin, end = self._local(first), self._local(last)
+        if begin.date() != end.date() or begin.utcoffset() != end.utcoffset():
+            return self.say(said("{first} to {last}", first=self.moment(first), last=self.moment(last)))
+        clock = said("{first} to {last}", first=f"{begin:%H:%M:%S}", last=f"{end:%H:%M:%S}")
+        return f"{self.day(begin.date())}, {self.say(clock)} {offset_text(end)}"
+
+    def _local(self, at: datetime) -> datetime:
+        aware = at if at.tzinfo is not None else at.replace(tzinfo=UTC)
+        return aware if self.zone is None else aware.astimezone(self.zone)
+
+    def day(self, at: date) -> str:
+        """Return a day in this language's form."""
+        if self.code == "en":
+            return at.isoformat()
+        from babel.dates import format_date  # noqa: PLC0415 - only for other languages
+
+        return format_date(at, format="medium", locale=self.code)
+
+    def _number(self, found: re.Match[str]) -> str:
+        whole, part = found.groups()
+        if len(whole) >= _GROUPED_FROM:
+            first = len(whole) % 3
+            groups = [whole[:first], *(whole[at : at + 3] for at in range(first, len(whole), 3))]
+            whole = _THIN.join(filter(None, groups))
+        return whole if part is None else f"{whole}{self.decimal}{part}"
+
+    @cached_property
+    def _catalogue(self) -> gettext.GNUTranslations:
+        return _compiled(self.code)
+
+    def _from_evaluation(self, text: str) -> str:
+        """Return a text of the evaluation by the message that has its form, or the text as it is.
+
+        Several reasons in one are told apart by their semicolons.
+        """
+        if not _WORDS.search(text):
+            return text
+        whole = _known(self, text)
+        if whole is None and _BETWEEN in text:
+            parts = text.split(_BETWEEN)
+            known = [_known(self, part) for part in parts]
+            if None not in known:
+                whole = _BETWEEN.join(part for part in known if part is not None)
+        return text if whole is None else whole
+
+
+ENGLISH = Language()
+
+
+def language_of(code: Code = "en", zone: str = "") -> Language:
+    """Return a language with a time zone.
+
+    Parameters
+    ----------
+    code : str
+        One of :data:`LANGUAGES`.
+    zone : str
+        Name of the IANA data base, ``Europe/Berlin``; empty: each time as it is on record.
+
+    Raises
+    ------
+    BadInput
+        If there is no such time zone.
+    """
+    return Language(code, zone_named(zone) if zone else None)
+
+
+def zone_named(name: str) -> ZoneInfo:
+    """Return a time zone by its name.
+
+    Raises
+    ------
+    BadInput
+        If this machine knows no such zone.
+    """
+    try:
+        return ZoneInfo(name)
+    except (ZoneInfoNotFoundError, ValueError, OSError):
+        raise BadInput(
+            f"there is no time zone “{name}”",
+            place="time_zone",
+            remedy="give a name of the IANA data base, as Europe/Berlin; if it is one, install the package "
+            "tzdata",
+        ) from None
+
+
+@dataclass(frozen=True)
+class _Form:
+    """A message of the evaluation: how its texts look, and what they are in a language."""
+
+    pattern: re.Pattern[str]
+    translation: str
+
+
+@lru_cache(maxsize=4096)
+def _known(language: Language, text: str) -> str | None:
+    """Return a text of the evaluation in a language, or None where no message has its form."""
+    for form in _forms(language.code):
+        found = form.pattern.fullmatch(text)
+        if found is None:
+            continue
+        facts = {}
+        for name, fact in found.groupdict().items():
+            said = language.say(fact)
+            if said == fact and name in _TOLD and _WORDS.search(fact):
+                break
+            facts[name] = language.numeral(fact) if said == fact else said
+        else:
+            return form.translation.format_map(facts)
+    return None
+
+
+@lru_cache
+def _compiled(code: Code) -> gettext.GNUTranslations:
+    """Return a catalogue as the standard library's own: it knows plural forms."""
+    from babel.messages.mofile import write_mo  # noqa: PLC0415 - only for other languages
+
+    compiled = io.BytesIO()
+    write_mo(compiled, read_catalogue(code))
+    compiled.seek(0)
+    return gettext.GNUTranslations(compiled)
+
+
+def read_catalogue(code: Code) -> Catalog:
+    """Return the catalogue of a language as Babel reads it."""
+    from babel.messages.pofile import read_po  # noqa: PLC0415 - only for other languages
+
+    text = files("bufferstand.evaluation.wording").joinpath("catalogues", f"{code}.po").read_bytes()
+    return read_po(io.BytesIO(text), locale=code)
+
+
+@lru_cache
+def _forms(code: Code) -> Sequence[_Form]:
+    """Return the messages of the evaluation, those with the most fixed letters first."""
+    entries = [one for one in read_catalogue(code) if one.context == EVALUATION and one.id]
+    entries.sort(key=lambda one: (-len(_FACT.sub("", str(one.id))), str(one.id)))
+    return [_Form(_pattern(str(one.id)), str(one.string)) for one in entries]
+
+
+def _pattern(message: str) -> re.Pattern[str]:
+    """Return what texts of a message look like; a fact that stands twice is the same both times."""
+    out, seen, end = "", set(), 0
+    for found in _FACT.finditer(message):
+        name = found[1]
+        out += re.escape(message[end : found.start()])
+        out += f"(?P={name})" if name in seen else f"(?P<{name}>.+?)"
+        seen.add(name)
+        end = found.end()
+    return re.compile(out + re.escape(message[end:]), re.DOTALL)

@@ -1,0 +1,244 @@
+"""A whole report in each language: nothing of ours left in English, the same figures, pages that hold."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pytest
+
+from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import Cell, Content, Picture, Table
+from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.source.fields import ReportFields, read_fields
+from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.writing import write_report
+from bufferstand.evaluation.wording import LANGUAGES, Code, Language, Worded, language_of
+from bufferstand.foundation import BadInput
+from tests.evaluation_report.conftest import Made
+from tests.evaluation_report.make_runs import hand_made_document
+from tests.evaluation_report.test_rendering import pages, squeezed
+from tests.monitor.browser import chromium
+
+OTHERS: tuple[Code, ...] = LANGUAGES[1:]
+PHONE = {"width": 390, "height": 844}
+MORE_PAGES = 2
+"""So many more than the English report may one in another language have."""
+OF_NOBODY = frozenset({"bufferstand", "SHA-256", "Monte Carlo"})
+
+
+@dataclass(frozen=True)
+class Spoken:
+    content: Content
+    html: str
+    pages: list[str]
+
+
+@pytest.fixture(scope="module")
+def spoken_reports(report: Made) -> dict[Code, Spoken]:
+    made = {}
+    for code in OTHERS:
+        source = replace(report.source, language=language_of(code, "Europe/Prague"))
+        content = build_content(source)
+        figures = [draw(picture.plot, content.language) for picture in content.pictures()]
+        made[code] = Spoken(content, render_html(content, figures), pages(render_pdf(content, figures)))
+    return made
+
+
+def parts_of(text: str) -> Iterator[str]:
+    """Return the plain texts that a text is made of."""
+    if not isinstance(text, Worded):
+        yield text
+        return
+    made_of = text._made_of
+    inner = [*made_of.get("facts", {}).values(), *made_of.get("parts", ()), made_of.get("text")]
+    for one in inner:
+        if isinstance(one, str):
+            yield from parts_of(one)
+
+
+def plain_texts(value: Any) -> Iterator[str]:
+    """Return every plain text of content, but for codes and names of fields."""
+    if isinstance(value, str):
+        yield from parts_of(value)
+    elif isinstance(value, tuple):
+        for one in value:
+            yield from plain_texts(one)
+    elif is_dataclass(value) and not isinstance(value, Language) and getattr(value, "tone", "") != "code":
+        for one in fields(value):
+            if one.name not in {"id", "tone", "suffix", "kind", "verdict", "software", "ended", "unit"}:
+                yield from plain_texts(getattr(value, one.name))
+
+
+def cells_of(content: Content) -> Iterator[Cell]:
+    blocks = [*content.certificate, *(block for section in content.sections for block in section.blocks)]
+    for block in blocks:
+        table = block.numbers if isinstance(block, Picture) else block
+        if isinstance(table, Table):
+            yield from (cell for row in table.rows for cell in row)
+
+
+def test_every_text_of_ours_can_be_said_in_a_language(report: Made) -> None:
+    """A plain text is one of the records, the document or the laboratory; ours know what they are made of."""
+    recorded = json.dumps([run.metadata for run in report.source.runs], ensure_ascii=False, default=str)
+    recorded += json.dumps(report.source.document, ensure_ascii=False, default=str)
+    recorded += " ".join(run.file for run in report.source.runs) + report.source.name
+    recorded = recorded.replace('\\"', '"')
+    ours = {
+        text
+        for text in plain_texts(report.detailed)
+        if re.search(r"[A-Za-z]{3}", text) and text.strip() not in recorded and text not in OF_NOBODY
+        if Language("de").say(text) == text  # else a reason that is told by its form
+    }
+    left = {text for text in ours if not all(part.strip(" .") in recorded for part in text.split("; "))}
+    assert {text for text in left if not re.fullmatch(r"[\d ]+(min|h|s|[\d ])+", text)} == set()
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_figures_are_the_same_in_every_language(
+    report: Made, spoken_reports: dict[Code, Spoken], code: Code
+) -> None:
+    content = spoken_reports[code].content
+    english, other = list(cells_of(report.content)), list(cells_of(content))
+    assert len(english) == len(other) > 500
+    compared = 0
+    for one, same in zip(english, other, strict=True):
+        assert one.tone == same.tone
+        if one.tone == "number":
+            assert content.language.plain(same.text) == str(one.text)
+            compared += "." in one.text
+    assert compared > 200
+    for drawn, same_drawn in zip(report.content.pictures(), content.pictures(), strict=True):
+        for line, same_line in zip(drawn.plot.curves, same_drawn.plot.curves, strict=True):
+            np.testing.assert_array_equal(line.y, same_line.y)
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_no_english_heading_is_left(report: Made, spoken_reports: dict[Code, Spoken], code: Code) -> None:
+    content = spoken_reports[code].content
+    assert content.report_id != report.content.report_id
+    for section, same in zip(report.content.sections, content.sections, strict=True):
+        assert section.id == same.id
+        assert section.title != same.title or (code, section.title) == ("fr", "Figures")
+    english = {cell.text for cell in cells_of(report.content) if cell.tone in {"good", "bad", "open"}}
+    assert english & {cell.text for cell in cells_of(content)} == set()
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_the_pages_hold_the_longer_words(
+    report: Made, spoken_reports: dict[Code, Spoken], code: Code
+) -> None:
+    made = spoken_reports[code]
+    assert len(made.pages) <= len(pages(report.pdf)) + MORE_PAGES
+    text = squeezed("".join(made.pages))
+    for section in made.content.sections:
+        assert squeezed(section.title) in text
+    statement = made.content.certificate[0]
+    assert squeezed(statement.sentence) in squeezed(made.pages[0])  # type: ignore[union-attr]
+    for number, page in enumerate(made.pages, start=1):
+        words = {"de": "Seite {} von {}", "cs": "Strana {} z {}", "fr": "Page {} sur {}"}[code]
+        assert words.format(number, len(made.pages)) in page
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_times_are_local_with_their_offset(spoken_reports: dict[Code, Spoken], code: Code) -> None:
+    assert "UTC+01:00" in spoken_reports[code].html
+    assert f'<html lang="{code}">' in spoken_reports[code].html
+
+
+def test_on_a_phone_every_language_fits(spoken_reports: dict[Code, Spoken], tmp_path: Path) -> None:
+    with chromium() as browser:
+        for code, made in spoken_reports.items():
+            file = tmp_path / f"{code}.html"
+            file.write_text(made.html, encoding="utf-8")
+            context = browser.new_context(viewport=PHONE, java_script_enabled=False)
+            page = context.new_page()
+            page.goto(file.as_uri(), wait_until="load")
+            width = page.evaluate("document.documentElement.scrollWidth")
+            beyond = page.evaluate(
+                "[...document.querySelectorAll('main *')].filter(e => !e.closest('.box') && "
+                "e.getClientRects().length && e.getBoundingClientRect().right > innerWidth + 1)"
+                ".map(e => e.outerHTML.slice(0, 80))"
+            )
+            context.close()
+            assert width == PHONE["width"], code
+            assert beyond == [], code
+
+
+def test_the_workbook_holds_numbers_whatever_the_decimal_sign(report: Made, tmp_path: Path) -> None:
+    values = {}
+    for code in ("en", "de"):
+        table = tmp_path / f"{code}.xlsx"
+        write_report(
+            report.folder,
+            tmp_path,
+            formats=("html",),
+            document=hand_made_document(),
+            given=Given(language=code),
+            table=table,
+        )
+        book = openpyxl.load_workbook(table)
+        values[code] = [
+            cell.value
+            for sheet in book
+            for row in sheet.iter_rows()
+            for cell in row
+            if isinstance(cell.value, int | float)
+        ]
+        titles = [str(sheet.cell(2, 1).value) for sheet in book]
+        assert ("Anforderung" in titles) == (code == "de")
+    assert values["en"] == values["de"]
+    assert len(values["de"]) > 500
+
+
+def test_english_without_a_zone_is_the_report_as_it_was(report: Made) -> None:
+    assert report.source.language == Language()
+    named = read_source(report.folder, hand_made_document(), Given(language="en"))
+    assert build_content(named).report_id == report.content.report_id
+
+
+def test_the_option_goes_before_the_file_and_the_zone_is_kept(report: Made, tmp_path: Path) -> None:
+    file = tmp_path / "report.toml"
+    file.write_text('language = "fr"\ntime_zone = "Europe/Paris"\n', encoding="utf-8")
+    given = Given(fields=read_fields(file))
+    assert read_source(report.folder, hand_made_document(), given).language.code == "fr"
+    other = read_source(report.folder, hand_made_document(), replace(given, language="cs")).language
+    assert (other.code, str(other.zone)) == ("cs", "Europe/Paris")
+
+
+@pytest.mark.parametrize(
+    ("line", "place"),
+    [
+        ('language = "deutsch"', "language"),
+        ("language = 5", "language"),
+        ('time_zone = "Mars/Olympus"', "time_zone"),
+        ('time_zone = "../../etc/passwd"', "time_zone"),
+        ('langauge = "de"', "langauge"),
+    ],
+)
+def test_a_wrong_language_or_zone_is_refused_with_its_place(tmp_path: Path, line: str, place: str) -> None:
+    file = tmp_path / "report.toml"
+    file.write_text(line + "\n", encoding="utf-8")
+    with pytest.raises(BadInput) as refused:
+        read_fields(file)
+    assert str(refused.value.file) == str(file)
+    assert place in str(refused.value)
+
+
+def test_fields_of_a_user_stay_as_they_are(report: Made) -> None:
+    source = replace(
+        report.source,
+        fields=ReportFields(remarks=("Painted grey, again by hand.",), customer="Force and Sons"),
+        language=language_of("de"),
+    )
+    html = render_html(build_content(source), ["<svg/>"] * len(report.content.pictures()))
+    assert "Painted grey, again by hand." in html
+    assert "Force and Sons" in html
