@@ -37,6 +37,8 @@ from tests.worlds.world import World
 
 REST_S = 15.0
 """From the end of a start that ended by itself to the next one [s]."""
+MENDED_S = 0.3
+"""From mending what failed to the next start: no sample of before is the newest then [s]."""
 OPTIONS = Options(draws=50)
 OPERATOR = {
     "stop now": StopLevel.NOW,
@@ -219,6 +221,8 @@ class Life:
         self.opened.device.faults.clear()
         self.computer.disk.full, self.computer.disk.slow_s = False, 0.0
         self.computer.memory.short_at = ""
+        if number:
+            self.opened.clock.sleep(MENDED_S)
         self.computer.start = number
         self.death.disarm()
         self._seen, self._phase, self._second_due = {}, "start", False
@@ -245,15 +249,19 @@ class Life:
                 predictor=self.predictor,
             )
         except BadInput as refusal:
-            start.status, start.reason = int(ExitStatus.BAD_INPUT), str(refusal)
+            start.status, start.reason = int(ExitStatus.BAD_INPUT), self._told(str(refusal))
             return start.status
-        start.status, start.reason = int(outcome.exit_status), outcome.reason
+        start.status, start.reason = int(outcome.exit_status), self._told(outcome.reason)
         start.safe = None if outcome.safe_stop is None else outcome.safe_stop.safe
         start.stop_s = 0.0 if outcome.safe_stop is None else outcome.safe_stop.duration_s
         start.error = "" if outcome.error is None else repr(outcome.error)
         controller.close()
         self.death.let_go()  # the program is over, and whatever it left open
         return start.status
+
+    def _told(self, reason: str) -> str:
+        """Return a reason without the folder, which is another one each time."""
+        return reason.replace(str(self.lived.folder), "")
 
     def _note_end(self) -> None:
         start, device = self.start, self.opened.device
