@@ -27,7 +27,7 @@ def hole_warnings(record: Record, holes: Sequence[RecordGap]) -> list[str]:
     warnings = [f"{what}: {_named([hole.text for hole in own])}" for what, own in kinds if own]
     harmless = [d for d in record.defects if not any(h.start_s <= d.start_s <= h.end_s for h in holes)]
     if harmless:
-        warnings.append(f"left out, and no figure lacks it: {describe(harmless, MOST_HOLES)}")
+        warnings.append(f"of no effect on any figure: {describe(harmless, MOST_HOLES)}")
     return warnings
 
 
