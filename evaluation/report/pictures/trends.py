@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,6 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
         if not series:
             continue
         fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
-        warnings = dict.fromkeys(str(w) for trend, _ in series for w in trend.get("warnings") or [])
         plot = trend_plot([one for _, one in series], label(trended.axis))
         band = any(fit.lower is not None for fit in plot.fits)
         pictures.append(
@@ -51,7 +50,7 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
                 + (said(" with linear fits") if fits else "")
                 + (said(" and their 95 % confidence bands (ν: degrees of freedom)") if band else "")
                 + said(". Bars: expanded uncertainty (k = 2). ")
-                + joined(" ", (_sentence(warning) for warning in warnings)),
+                + joined(" ", _warned(series)),
                 alt=said(
                     "{words} of {count_of_series} series over frequency. ",
                     words=words,
@@ -69,6 +68,22 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
             )
         )
     return pictures
+
+
+def _warned(series: Sequence[tuple[Mapping[str, Any], TrendSeries]]) -> list[str]:
+    """Return the warnings of the series, each with those that it is of where it is not of all."""
+    labels: dict[str, list[str]] = {}
+    for trend, one in series:
+        for warning in dict.fromkeys(map(str, trend.get("warnings") or [])):
+            labels.setdefault(warning, []).append(one.label)
+    return [
+        _sentence(
+            warning
+            if len(of) == len(series)
+            else said("{named}: {text}", named=joined(", ", of), text=warning)
+        )
+        for warning, of in labels.items()
+    ]
 
 
 def _sentence(text: str) -> str:
