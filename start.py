@@ -162,14 +162,13 @@ def check() -> int:
 def test(arguments: list[str]) -> int:
     """Run every test, the fast, the slow or the told ones; return the first status that is not 0.
 
-    More at a time than there are processors, since those on real wires wait more than they reckon, and most
-    of the slow ones are on wires; a file of the main job (its tests share a campaign) on one worker; then,
-    alone, those that keep it busy.
+    One more at a time than there are processors, since those on real wires wait more than they reckon; a file
+    of the main job (its tests share a campaign) on one worker; then, alone, those that keep it busy.
     """
     lanes = {"--fast", "--slow", "--long"}
     if any(argument not in lanes and not argument.startswith("--cov") for argument in arguments):
         return run("-m", "pytest", *arguments, folder=ROOT)
-    workers = str(min(4, os.cpu_count() or 1) + (2 if "--slow" in arguments else 1))
+    workers = str(min(4, os.cpu_count() or 1) + 1)
     timed = [*arguments, "--durations=25"]  # a suite grows slow test by test: show which
     if "--long" not in arguments:
         timed += HANGS

@@ -116,6 +116,9 @@ def test_no_damaged_record_ends_in_a_bug(name: str, tmp_path: Path) -> None:
     assert not bugs(damaged(name, range(2000), tmp_path))
 
 
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")  # the library's: which half goes first is chance
+    "ignore:unclosed file:ResourceWarning"
+)  # the library's, by what is collected first
 def test_half_made_objects_of_a_library_say_nothing_as_they_go(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -311,12 +311,13 @@ class ReportSource:
             for run in self.runs
         ]
         stated = {"conformity": list(self.statements)} if self.statements else {}
-        return {**self.document, "runs": runs, **named, **stated}
+        made: dict[str, Any] = _finite({**self.document, "runs": runs, **named, **stated})
+        return made
 
     @cached_property
     def evaluation_json(self) -> bytes:
         """:attr:`evaluation` as canonical JSON: one text, and so one hash, for one evaluation."""
-        return canonical_json(_finite(self.evaluation)).encode()
+        return canonical_json(self.evaluation).encode()
 
     def common(self, *path: str) -> Cell:
         """Return a fact of the runs: one value if they agree, else each value with its runs, or a dash."""
