@@ -116,9 +116,8 @@ def test_no_damaged_record_ends_in_a_bug(name: str, tmp_path: Path) -> None:
     assert not bugs(damaged(name, range(2000), tmp_path))
 
 
-@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")  # the library's: which half goes first is chance
-    "ignore:unclosed file:ResourceWarning"
-)  # the library's, by what is collected first
+# The library's temporary file: which of its halves is collected first is chance.
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 def test_half_made_objects_of_a_library_say_nothing_as_they_go(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
