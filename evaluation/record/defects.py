@@ -54,7 +54,8 @@ def _lost(start_s: float, end_s: float, samples: int) -> Defect:
     """Return an interruption that the recording knows of: how many samples, 0: it does not know how many."""
     if samples == UNKNOWN:
         return Defect("lost", start_s, end_s, f"clock set back after {start_s:.6g} s", unknown=True)
-    what = f"{samples} sample{'' if samples == 1 else 's'} lost" if samples > 0 else "interruption"
+    lost = "1 sample lost" if samples == 1 else f"{samples} samples lost"
+    what = lost if samples > 0 else "interruption"
     return Defect("lost", start_s, end_s, f"{what} after {start_s:.6g} s")
 
 
