@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bufferstand.evaluation.report.build import missing_of
-from bufferstand.evaluation.report.source import ReportSource, is_pattern, number_of_range
+from bufferstand.evaluation.report.source import ReportSource, is_pattern, number_of_range, runs_without_paths
 from bufferstand.evaluation.wording import said
 from bufferstand.foundation.files import content_hash
 
@@ -42,13 +42,11 @@ def with_number(source: ReportSource) -> ReportSource:
 
 def _evaluation(source: ReportSource) -> str:
     """Return a hash of what is reported: the runs' content and results, wherever their files lie."""
-    entries = [
-        {**entry, "run": {key: value for key, value in entry["run"].items() if key != "path"}}
-        for entry in source.document.get("runs") or []
-    ]
     return content_hash(
         {
-            "runs": sorted(entries, key=lambda entry: str(entry["run"].get("id"))),
+            "runs": sorted(
+                runs_without_paths(source.evaluation), key=lambda entry: str(entry["run"].get("id"))
+            ),
             "decision_rule": source.decision_rule,
             "amends": source.fields.amends,
         }

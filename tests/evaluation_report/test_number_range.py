@@ -147,3 +147,13 @@ def test_a_draft_takes_no_number_and_a_report_keeps_its_own(report: Made, tmp_pa
     assert with_number(amended).fields.number == "PB-2026-0003"
     next_year = replace(whole, fields=whole.fields.model_copy(update={"issued": date(2027, 1, 8)}))
     assert with_number(next_year).fields.number == "PB-2027-0001"
+
+
+def test_an_evaluation_with_what_is_no_number_has_one_too(report: Made, tmp_path: Path) -> None:
+    of_range = {"number": PATTERN, "number_register": str(tmp_path / "numbers.csv")}
+    whole = replace(report.source, fields=FILLED.model_copy(update=of_range))
+    run = whole.runs[0]
+    spoiled = {**run.evaluated, "summary": {**run.evaluated["summary"], "damping": float("nan")}}
+    document = {**whole.document, "runs": [spoiled, *(other.evaluated for other in whole.runs[1:])]}
+    source = replace(whole, runs=(replace(run, evaluated=spoiled), *whole.runs[1:]), document=document)
+    assert with_number(source).fields.number == "PB-2026-0001"

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.hash_of_findings import (
         evaluation_hash,
+        runs_without_paths,
     )
     from bufferstand.evaluation.report.source.model_answer import (
         ModelAnswer,
@@ -98,6 +99,7 @@ __all__ = [
     "read_fields",
     "read_source",
     "runs_text",
+    "runs_without_paths",
     "side_by_side",
     "step_differences",
     "step_words",

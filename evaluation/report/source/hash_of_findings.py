@@ -33,8 +33,12 @@ def evaluation_hash(document: Mapping[str, Any]) -> str:
         64 hex digits, of the canonical JSON.
     """
     found = {key: document[key] for key in _EVALUATED if key in document}
-    runs = [
+    return content_hash({**found, "runs": runs_without_paths(found)})
+
+
+def runs_without_paths(document: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the runs of an evaluation document, wherever their files lie: each without its path."""
+    return [
         {**entry, "run": {key: value for key, value in entry["run"].items() if key != "path"}}
-        for entry in found.get("runs") or []
+        for entry in document.get("runs") or []
     ]
-    return content_hash({**found, "runs": runs})
