@@ -177,7 +177,7 @@ def write_tables(evaluation: ArchiveEvaluation, cycles: Path | None, runs: Path 
 
 
 def document(evaluation: ArchiveEvaluation) -> dict[str, Any]:
-    """Return the evaluation document (docs/evaluation.md); all of it is in memory then."""
+    """Return the evaluation document (docs/evaluation-document.md); all of it is in memory then."""
     entries = [json.loads(text) for text in _entry_texts(evaluation)]
     return {**evaluation.head(), "runs": entries, **evaluation.tail}
 

@@ -1,9 +1,9 @@
 """Finding the cycles of a run from its stroke alone, wherever they are and however they begin.
 
-Criteria (docs/evaluation.md): a cycle is *complete* when both its lower turning points are turns of the
-motion, or rests of the specimen to which the stroke returns, and no break of the record lies inside (those
-that are bridged, :mod:`bufferstand.evaluation.gaps`, are none). It is
-*steady* when it closes and repeats a neighbour: turning points, frequency and distortion of the stroke.
+Criteria (docs/evaluation/cycles.md): a cycle is *complete* when both its lower turning points are turns of
+the motion, or rests of the specimen to which the stroke returns, and no break of the record lies inside
+(those that are bridged, :mod:`bufferstand.evaluation.gaps`, are none). It is *steady* when it closes and
+repeats a neighbour: turning points, frequency and distortion of the stroke.
 """
 
 from __future__ import annotations

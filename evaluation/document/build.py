@@ -1,4 +1,4 @@
-"""The evaluation document (docs/evaluation.md), key by key. No NaN anywhere; what is missing is null."""
+"""The evaluation document (docs/evaluation-document.md), key by key. No NaN; what is missing is null."""
 
 from __future__ import annotations
 

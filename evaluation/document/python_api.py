@@ -138,7 +138,7 @@ def evaluate(
     draws: int = Options.draws,
     conformity: Sequence[str] = (),
 ) -> EvaluationDocument:
-    """Evaluate run files and folders into the evaluation document (docs/evaluation.md).
+    """Evaluate run files and folders into the evaluation document (docs/evaluation-document.md).
 
     Parameters
     ----------
@@ -333,7 +333,7 @@ def loops(path: str | Path) -> pd.DataFrame:
     pandas.DataFrame
         Columns ``time_s``, ``stroke_mm`` (mean of the draw wires), ``force_kN``, ``cycle`` (from 1; 0 outside
         of cycles), ``complete``, ``steady`` (of that cycle). A long run is averaged over blocks
-        (docs/evaluation.md).
+        (docs/evaluation-document.md).
 
     Raises
     ------

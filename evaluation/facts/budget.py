@@ -42,7 +42,7 @@ class Budget:
 
 
 def budget_entry(budgets: Sequence[Budget]) -> list[BudgetEntry]:
-    """Return budgets as the evaluation document has them (docs/evaluation.md)."""
+    """Return budgets as the evaluation document has them (docs/evaluation/uncertainty.md)."""
     return [
         {
             "quantity": b.quantity,

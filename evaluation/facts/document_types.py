@@ -1,8 +1,8 @@
 """The evaluation document as types: what the evaluation writes, and report, comparison and archive read.
 
-The document is plain JSON (docs/evaluation.md); these types give its keys, so that the type checker follows
-one from where it is written to where it is read, and its JSON Schema (``bufferstand schema evaluation``) is
-made from them. A figure that cannot be had is None.
+The document is plain JSON (docs/evaluation-document.md); these types give its keys, so that the type
+checker follows one from where it is written to where it is read, and its JSON Schema (``bufferstand schema
+evaluation``) is made from them. A figure that cannot be had is None.
 """
 
 from __future__ import annotations

@@ -27,7 +27,10 @@ from bufferstand.evaluation.requirements.limit_set import find_limit_set, shippe
 from bufferstand.evaluation.requirements.readings import LimitSetReadings
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-EVALUATION = (DOCS / "evaluation.md").read_text(encoding="utf-8")
+EVALUATION = "\n".join(
+    page.read_text(encoding="utf-8")
+    for page in (DOCS / "evaluation.md", *sorted((DOCS / "evaluation").glob("*.md")))
+)
 SYMBOLS = (DOCS / "symbols.md").read_text(encoding="utf-8")
 
 

@@ -21,7 +21,7 @@ TEMPERATURE_C: Interval = (15.0, 25.0)
 SPEED_MM_PER_S, PAUSE_S, DWELL_S, RESIDUAL_MM, FULL_MM = 50.0, 600.0, 1.0, 2.0, 100.0
 REST_H, COVER_S = 72.0, 15.0
 RUBBERY = ("elastomer", "rubber-steel")
-HIDES = 0.9  # evaluation.md: of the shortest stroke; a hole that is shorter hides none
+HIDES = 0.9  # evaluation/samples.md: of the shortest stroke; a hole that is shorter hides none
 ROUNDING_S = 0.2  # a stand's longest reversal in this world: a rest begins and ends within so much
 
 
@@ -90,7 +90,7 @@ def conditions(scene: Scene, cycle: TrueCycle) -> dict[str, Condition]:
     known = "yes" if cycle.closes else "perhaps" if cycle.whole else "no"
     rate, noise = scene.motion.sample_rate_Hz, float(str(scene.facts["noise_mm"]))
     w_s = max(0.05 * 0.5 * (cycle.end_s - cycle.start_s), 5.0 / rate)
-    # evaluation.md: slope over 5 % of the branch, and five standard deviations of what noise adds to it
+    # evaluation/requirements.md: slope over 5 % of the branch, and five standard deviations of its noise
     adds = 5.0 * noise * np.sqrt(12.0 / max(w_s * rate, 5.0)) / w_s
     speeds = {_against(v, SPEED_MM_PER_S, 0.5 + adds) for v in cycle.fastest_mm_per_s}
     speed = _either(speeds)
@@ -142,8 +142,8 @@ def hidden_by_contract(scene: Scene) -> int:
     """Return how many strokes lie in holes that hide none by docs/evaluation-document.md.
 
     "A hole between two samples of the same stroke and force that is shorter than each stroke of the record
-    hides none"; nine tenths of the shortest by docs/evaluation.md. A first stroke that was made many times as
-    fast as the others fits into such a hole, and nothing on record tells of it.
+    hides none"; nine tenths of the shortest by docs/evaluation/samples.md. A first stroke that was made many
+    times as fast as the others fits into such a hole, and nothing on record tells of it.
     """
     rows_s = np.sort(scene.true_time_s)
     spans = [np.searchsorted(rows_s, (c.start_s, c.end_s)) for c in scene.cycles]
@@ -153,7 +153,7 @@ def hidden_by_contract(scene: Scene) -> int:
 
 
 def begins_within(scene: Scene) -> bool:
-    """Return whether nobody can know that the first stroke on record was the first (evaluation.md)."""
+    """Return whether the first stroke on record may not have been the first (evaluation/samples.md)."""
     return bool(scene.cycles) and not scene.cycles[0].whole
 
 
@@ -167,13 +167,12 @@ def _farthest_s(at: np.ndarray, start_s: float, end_s: float) -> float:
 def covered(scene: Scene, cycle: TrueCycle) -> str:
     """Return whether one sensor's readings cover the cycle.
 
-    Contract: "none farther than 15 s from the next, start and end included"; evaluation.md: "none of its
-    start, its readings and its end", and "a reading farther than 15 s from the start is none". By the
-    letter a cycle shorter than 15 s is covered by a reading that is near enough to its start and to its
-    end, also one outside of it: so it is not shown only where that, too, fails. It must be shown where the
-    readings within the cycle do so by themselves. A lag dies away over many times as long as any noise shows
-    it, so that the record may end the cycle from `released_s` on. `limit-sets.md`: one sensor must cover it
-    by itself.
+    Contract: "none farther than 15 s from the next, start and end included"; evaluation/figures.md:
+    “a reading farther than 15 s from the start is not used”. By the letter a cycle shorter than 15 s is
+    covered by a reading that is near enough to its start and to its end, also one outside of it: so it is
+    not shown only where that, too, fails. It must be shown where the readings within the cycle do so by
+    themselves. A lag dies away over many times as long as any noise shows it, so that the record may end
+    the cycle from `released_s` on. `limit-sets.md`: one sensor must cover it by itself.
     """
     shown = []
     slack = 0.3 + 2.0 * scene.dt_s  # where a cycle starts and ends is known to about so much

@@ -51,7 +51,7 @@ class Cut:
         return float(np.median(part[part >= near]))
 
     def closing(self) -> float:
-        """Return what a chord between its lower ends adds to the loop's area (evaluation.md: W_a)."""
+        """Return what a chord between its lower ends adds to the loop's area (evaluation/figures.md: W_a)."""
         gap = float(self.x[self.low] - self.x[self.end])
         return 0.5 * float(self.force[self.end] + self.force[self.low]) * gap
 
@@ -64,7 +64,7 @@ def area(x: Array, force: Array) -> float:
 def loop_figures(cut: Cut) -> dict[str, Interval]:
     """Return the figures of a loop.
 
-    They are as docs/evaluation.md defines them: the lower turning point is where the loading
+    They are as docs/evaluation/figures.md defines them: the lower turning point is where the loading
     begins, the force there is that with which a rest is left, an open loop is closed by a chord. Two readings
     are left only at a dwell: its level or, where it creeps, its end.
     """
@@ -99,7 +99,7 @@ def loop_figures(cut: Cut) -> dict[str, Interval]:
 
 
 def fastest(t: Array, x: Array) -> Interval:
-    """Return the largest speed of a branch: over 5 % of it (evaluation.md), and of any two points."""
+    """Return the largest speed of a branch: over 5 % of it (evaluation/figures.md), and of any two points."""
     if len(t) < 3:
         return (0.0, 0.0)
     w = max(1, len(t) // 20)
@@ -110,7 +110,8 @@ def fastest(t: Array, x: Array) -> Interval:
 def harmonics(t: Array, x: Array, force: Array, i0: int, i1: int) -> dict[str, Interval]:
     """First harmonics over the period from one lower turn to the next, as Fourier has them.
 
-    evaluation.md fits ten harmonics over the fitted period; a drift of the force is not taken out first.
+    evaluation/figures.md fits ten harmonics over the fitted period; a drift of the force is not taken out
+    first.
     """
     period = float(t[i1] - t[i0])
     turns_s = [turn_s(t, x, i) for i in (i0, i1)]
@@ -145,8 +146,8 @@ def turn_s(t: Array, x: Array, i: int) -> float:
 def readings(cut: Cut) -> dict[str, Interval | None]:
     """Return what the requirements of the 105 mm static test are judged by; None: the stroke ends before.
 
-    Two readings are left where evaluation.md leaves them: whether the line of the preload weighs equal
-    strokes or equal times (samples).
+    Two readings are left where evaluation/requirements.md leaves them: whether the line of the preload weighs
+    equal strokes or equal times (samples).
     """
     up_x, up_f, up_t = cut.x[cut.up], cut.force[cut.up], cut.t[cut.up]
     keep = np.concatenate([[True], np.diff(np.maximum.accumulate(up_x)) > 0])

@@ -1,6 +1,6 @@
 """Holds what a record holds besides against its truth: cumulated energy, residual strokes, settling.
 
-Reading of evaluation.md, "What a record holds besides": a residual stroke is what stays of the stroke, the
+Reading of evaluation/figures.md, "Holds": a residual stroke is what stays of the stroke, the
 end of its unloading less the beginning of its loading; U of a settling is that of the change from the first
 cycle to the last.
 """

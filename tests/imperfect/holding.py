@@ -32,7 +32,7 @@ HARMONICS = (
     "loss_factor",
 )
 TEMPERATURES = {"temperature_start_C": "start", "temperature_max_C": "max"}
-# evaluation.md: what averaging leaves is 1e-4 of the amplitude of an extreme force: so much is no error of U
+# evaluation/samples.md: averaging leaves 1e-4 of the amplitude of an extreme force: that is no error of U
 LEFT = 1e-4
 COVER_S = 15.0
 

@@ -24,10 +24,10 @@ import numpy as np
 from .applied import Applied
 from .chain import Scene
 
-# evaluation.md, "gain-jump": a step is told from 8 standard deviations of the noise and 0.15 % of the range
+# plausibility.md, "gain-jump": a step is told from 8 standard deviations of the noise and 0.15 % of the range
 # on, if it is 3 % of the force there, which a gain that changes by 5 % and more always makes
 STEP_NOISES, STEP_SHARE = 8.0, 0.0015
-SOFTENS = 0.2  # evaluation.md: from the first stroke of a static test to the second, in logarithms
+SOFTENS = 0.2  # plausibility.md: from the first stroke of a static test to the second, in logarithms
 REPEATED = 0.05  # of the readings that follow a like one; a channel held for two rows has half of them
 HOLE = 3.0  # steps from sample to sample without a sample
 LOADED = 0.05  # of the range of the force: below it a share of 5 % is less than the zero may be off

@@ -23,8 +23,8 @@ from .other_tests import hold_other_tests
 from .requirements import hold_requirements
 from .truth import TrueCycle
 
-# evaluation.md, "Steps": ends within 5 % of the range and frequencies within 5 % (harmonic), ends within 10
-# % and loading speeds within 25 % (static) are one step; a fifth more, so that noise does not decide
+# evaluation/cycles.md, "Steps": ends within 5 % of the range and frequencies within 5 % (harmonic), ends
+# within 10 % and loading speeds within 25 % (static) are one step; a fifth more, for noise
 HARMONIC_APART, STATIC_APART, SPEED_APART = 0.06, 0.12, 0.30
 
 

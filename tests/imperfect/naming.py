@@ -99,7 +99,7 @@ def _times(finding: dict[str, Any], scene: Scene, back: Clock) -> tuple[float, f
 def _unnamed(j: Judgement, scene: Scene, a: Applied, named: list[bool]) -> None:
     """Note a fault that is not named, unless its effect is shown to be within U."""
     wrong = [o for o in j.off if a.touches(o[0]) and a.overlaps(o[1], o[2])]
-    if a.figures == "within":  # gaps, blanks, stamps: named each, as import.md and evaluation.md promise
+    if a.figures == "within":  # gaps, blanks, stamps (import.md, evaluation/samples.md)
         j.say("unnamed", a.name, a.size)
         return
     others = [

@@ -15,8 +15,8 @@ from .figures import Cut, Interval, fastest, harmonics, loop_figures, readings
 from .specimens import branches
 
 Array = NDArray[np.float64]
-# evaluation.md, "complete": lower ends agree within 5 % of the range at rests, 2 % where the record begins
-# or ends there, 0.3 % where it does so in motion; a little less, so that noise does not decide
+# evaluation/cycles.md, "complete": lower ends agree within 5 % of the range at rests, 2 % where the record
+# begins or ends there, 0.3 % where it does so in motion; a little less, so that noise does not decide
 AT_REST, AT_THE_RECORDS_END, IN_MOTION = 0.045, 0.018, 0.0025
 RESTED_S = 0.2  # a stand's longest reversal in this world: what stands still for longer rests
 
@@ -72,7 +72,7 @@ def find_strokes(x: Array, share: float = 0.05) -> list[tuple[int | None, int, i
 def cycles(t: Array, x: Array, force: Array, temperature: Array, *, static: bool) -> list[TrueCycle]:
     """Return the cycles between the record's begin and end."""
     found = find_strokes(x)
-    # a ramp that hardly turns may or may not end a cycle (evaluation.md: 5 % of the largest is no reversal)
+    # a ramp that hardly turns may or may not end a cycle (evaluation/cycles.md: not below 5 %)
     sure = set(find_strokes(x, 0.03)) & set(find_strokes(x, 0.08))
     out: list[TrueCycle] = []
     for k, (low, top, after) in enumerate(found):

@@ -17,7 +17,7 @@ SEED = 15_551
 WHAT = ("static", "harmonic", "steps", "damper", "draw-gear", "impact", "proof")
 SHARES = (0.5, 0.25, 0.1, 0.06, 0.04, 0.03, 0.02)
 WARMER_K = 9.0
-CLOCK = 1e-4  # a logger's clock is within 100 ppm (evaluation.md, "Uncertainty")
+CLOCK = 1e-4  # a logger's clock is within 100 ppm (evaluation/uncertainty.md)
 PROOF_KN = {"F2": 500.0, "F3": 200.0, "F5": 250.0}
 STARTED = datetime(2026, 2, 3, 9, 0, tzinfo=UTC)
 

@@ -1,7 +1,7 @@
 """The value of a condition as a span: as far as the record leaves it open.
 
 Every condition is judged so (:meth:`ValueSpan.verdict`): met where nothing in the span breaks it, broken
-where nothing in it meets it, else not to be told. What widens each span: docs/evaluation.md, "Conditions".
+where nothing in it meets it, else not to be told. What widens each span: docs/evaluation/requirements.md.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ OFF_REST_MM = 0.03
 BESIDE_S = 0.03
 """So far beyond its cycle a rest is rest."""
 SPEED_SHARE, TANGENT_SHARE = 0.05, 0.15
-"""Of a branch's samples and of the range: windows that docs/evaluation.md defines speed and K_t by."""
+"""Of a branch's samples and of the range: windows of speed and K_t (docs/evaluation/figures.md)."""
 
 
 def crossings_s(time_s: Floats, stroke_mm: Floats, level_mm: float) -> tuple[Floats, Floats]:

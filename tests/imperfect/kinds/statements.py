@@ -70,7 +70,7 @@ def _delayed(rng: np.random.Generator, s: Scene, late_s: float) -> Array:
 
 
 def told_within_s(s: Scene, late_s: float) -> float:
-    """Return how exactly a lateness is told: no lesser one is (evaluation.md), and it has two digits."""
+    """Return how exactly a lateness is told: no lesser one is (plausibility.md), and it has two digits."""
     step_s = float(np.median(np.diff(s.time_s)))
     return max(LEAST_LATE_S, LEAST_LATE_STEPS * step_s) + TWO_DIGITS * abs(late_s)
 

@@ -10,7 +10,7 @@ from tests.imperfect.chain import Scene
 from .common import inner
 
 SENSOR = (r"sensor|temperature|thermometer", r"fault|power-on|disconnect|disturbed|\bcodes?\b|left out")
-COVERED_S = 13.0  # well below the 15 s of docs/evaluation.md
+COVERED_S = 13.0  # well below the 15 s of docs/evaluation/requirements.md
 
 
 def _readings_at(s: Scene, wanted: np.ndarray) -> None:
