@@ -165,8 +165,8 @@ def test_the_papers_peak_speeds_give_the_papers_frequencies(
     assert step.rate()[0] == pytest.approx(speed / (2 * math.pi * amplitude), rel=1e-12)
 
 
-DOCS = Path(__file__).parents[2] / "docs"
-PAGES = (DOCS / "campaign-file.md", DOCS / "stand" / "steps.md")
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "docs/campaign-file.md", ROOT / "docs/stand/steps.md")
 """The tables of the file, and the kinds of steps."""
 
 
