@@ -34,6 +34,7 @@ from bufferstand.protocols.campaign_file.step_kinds.strokes import StrokeSetting
 from bufferstand.protocols.campaign_file.step_kinds.temperatures import StepTemperatureSettings
 from bufferstand.protocols.campaign_file.step_kinds.warm_up import WarmUpStep
 from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
+from bufferstand.protocols.campaign_file.zero_table import ZeroTable
 from bufferstand.protocols.limits import TestLimits
 from tests.protocols.conftest import HEAD, Load, harmonic
 
@@ -192,6 +193,7 @@ PAGES = (ROOT / "docs/campaign-file.md", ROOT / "docs/stand/steps.md")
         ("## Temperatures of a step", StepTemperatureSettings),
         ("## `[step.until_steady]`", UntilSteady),
         ("## `[stroke]`", StrokeTable),
+        ("## `[zero]`", ZeroTable),
         ("## Whose strokes", StrokeSettings),
     ],
 )
