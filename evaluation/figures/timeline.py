@@ -125,7 +125,8 @@ def _timeline(
 
 def _labels_with_room(steps: Sequence[TimelineStep], duration_s: float) -> list[str]:
     """Return the label of each step; none of a step whose label would run into the one before."""
-    labels, taken_mm = [], 0.0
+    labels: list[str] = []
+    taken_mm = 0.0
     for step in steps:
         middle_mm = 0.5 * (step.start_s + step.end_s) / (duration_s or 1.0) * _AXIS_MM
         half_mm = 0.5 * (len(step.label) + 1) * _DIGIT_MM
