@@ -34,6 +34,7 @@ from bufferstand.protocols.campaign_file.step_kinds.strokes import StrokeSetting
 from bufferstand.protocols.campaign_file.step_kinds.temperatures import StepTemperatureSettings
 from bufferstand.protocols.campaign_file.step_kinds.warm_up import WarmUpStep
 from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
+from bufferstand.protocols.campaign_file.zero_table import ZeroTable
 from bufferstand.protocols.limits import TestLimits
 from tests.protocols.conftest import HEAD, Load, harmonic
 
@@ -165,7 +166,9 @@ def test_the_papers_peak_speeds_give_the_papers_frequencies(
     assert step.rate()[0] == pytest.approx(speed / (2 * math.pi * amplitude), rel=1e-12)
 
 
-DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "docs/campaign-file.md", ROOT / "docs/stand/steps.md")
+"""The tables of the file, and the kinds of steps."""
 
 
 @pytest.mark.parametrize(
@@ -176,25 +179,27 @@ DOCS = Path(__file__).parents[2] / "docs" / "campaign-file.md"
         ("## `[conditions]`", PlanConditions),
         ("## `[motion]`", MotionSettings),
         ("## `[plan]`", PlanSettings),
-        ('### `kind = "static"`', StaticStep),
-        ('### `kind = "harmonic"`', HarmonicStep),
-        ('### `kind = "sweep"`', SweepStep),
-        ('### `kind = "hold"`', HoldStep),
-        ('### `kind = "cool-down"`', CoolDownStep),
-        ('### `kind = "conditioning"`', ConditioningStep),
-        ('### `kind = "inner-loops"`', InnerLoopsStep),
-        ('### `kind = "motion"`', MotionStep),
-        ('### `kind = "warm-up"`', WarmUpStep),
-        ('### `kind = "force-cycles"`', ForceCyclesStep),
-        ('### `kind = "repeat"`', RepeatStep),
-        ("### Temperatures of a step", StepTemperatureSettings),
-        ("### `[step.until_steady]`", UntilSteady),
+        ('## `kind = "static"`', StaticStep),
+        ('## `kind = "harmonic"`', HarmonicStep),
+        ('## `kind = "sweep"`', SweepStep),
+        ('## `kind = "hold"`', HoldStep),
+        ('## `kind = "cool-down"`', CoolDownStep),
+        ('## `kind = "conditioning"`', ConditioningStep),
+        ('## `kind = "inner-loops"`', InnerLoopsStep),
+        ('## `kind = "motion"`', MotionStep),
+        ('## `kind = "warm-up"`', WarmUpStep),
+        ('## `kind = "force-cycles"`', ForceCyclesStep),
+        ('## `kind = "repeat"`', RepeatStep),
+        ("## Temperatures of a step", StepTemperatureSettings),
+        ("## `[step.until_steady]`", UntilSteady),
         ("## `[stroke]`", StrokeTable),
-        ("### Whose strokes", StrokeSettings),
+        ("## `[zero]`", ZeroTable),
+        ("## Whose strokes", StrokeSettings),
     ],
 )
 def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
-    section = DOCS.read_text("utf-8").split(heading, 1)[1].split("\n## ", 1)[0].split("\n### ", 1)[0]
+    text = "\n".join(page.read_text("utf-8") for page in PAGES)
+    section = text.split(heading, 1)[1].split("\n## ", 1)[0].split("\n### ", 1)[0]
     common = StepTemperatureSettings.model_fields.keys() | StrokeSettings.model_fields.keys()
     for key, field in schema.model_fields.items():
         if key in {"kind", "name"} or (
