@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from bufferstand.cli.campaign.preparation import PreparedCampaign
 from bufferstand.daq.campaign_folder import CampaignRecord, FileEdit, Inputs, begin_record, same_steps
-from bufferstand.daq.guards import what_is_unguarded
+from bufferstand.daq.guards import UNGUARDED_AT_SPEED, what_is_unguarded
 from bufferstand.daq.guards.kinds import DEFAULT_TILT_MM, SPEED_FACTOR
 from bufferstand.drivers.register_maps import SHIPPED
 from bufferstand.drivers.stand_file import StandFile
@@ -30,9 +30,10 @@ OWN = ("temperature_stop_C", "temperature_resume_C")
 SAID_OTHERWISE = (
     "this campaign has no temperature stop", "one thermometer on the specimen",
     "a specimen that heats too fast is only noted", "a frozen channel is only noted",
-    "the specimen's own stroke is not stated", "no spring model and no [catalogue]",
+    "the specimen's own stroke is not stated", "no spring model and no [catalogue]", UNGUARDED_AT_SPEED,
 )  # fmt: skip
-"""What is not guarded and stands among the limits by its own figures: sensors, actions, strokes."""
+"""What is not guarded and stands among the limits by its own figures: sensors, actions, strokes; and what a
+rehearsal faster than the wall does not see, which is no edit."""
 SHOWN = ("kind", "prestress_mm", "amplitude_mm", "frequency_Hz", "peak_speed_mm_per_s", "cycles",
          "compensate")  # fmt: skip
 """Of a step, where no more is known of what was asked for."""

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         Margin,
     )
     from bufferstand.daq.guards.missing_guards import (
+        UNGUARDED_AT_SPEED,
         demand_consent,
         demand_thermometers,
         unguarded,
@@ -58,6 +59,7 @@ __all__ = [
     "ACTIONS",
     "CONTROLLER_STREAM",
     "FORCE_2_STREAM",
+    "UNGUARDED_AT_SPEED",
     "Action",
     "Beside",
     "Computer",

@@ -63,12 +63,16 @@ def unguarded(plan: Plan, stand_file: StandFile, predictor: Predictor | None = N
     )
 
 
+UNGUARDED_AT_SPEED = "a delay of force or force_2, and which of them jumps in motion"
+"""What is not guarded at a speed at which no stand moves; it says nothing about the stand."""
+
+
 def unguarded_at(speed: float, stand_file: StandFile) -> tuple[str, ...]:
     """Return what is not guarded besides on a simulated stand that is so many times as fast as the wall."""
     if not stand_file.amplifier or speed <= DELAYS_TO_SPEED:
         return ()
     text = (
-        f"a delay of force or force_2, and which of them jumps in motion: at {speed:g} times real time the "
+        f"{UNGUARDED_AT_SPEED}: at {speed:g} times real time the "
         "samples of both are not stamped closely enough; rehearse at "
         f"--speed {DELAYS_TO_SPEED:g} or less to see them"
     )

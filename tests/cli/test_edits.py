@@ -20,6 +20,7 @@ from bufferstand.daq.campaign_folder.folder import CampaignFolder, CampaignRecor
 from bufferstand.daq.campaign_folder.inputs import edits_between
 from bufferstand.daq.campaign_folder.run_metadata import CampaignMetadata
 from bufferstand.daq.campaign_folder.start_records import begin, left_to_do
+from bufferstand.daq.guards import unguarded_at
 from bufferstand.drivers.register_maps.profile import SHIPPED
 from bufferstand.foundation.errors import BadInput
 
@@ -136,6 +137,22 @@ def test_kept_files_go_on_as_they_were_taken(tmp_path: Path) -> None:
     lab = Lab(tmp_path)
     lab.add_step()
     assert lab.left(lab.resume("keep")) == ["two"]
+
+
+def test_what_a_rehearsal_faster_than_the_wall_did_not_guard_is_no_edit_of_a_limit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lab = Lab(tmp_path)
+    stand_file = lab.resume("take").prepared.stand_file
+    beside = unguarded_at(10.0, stand_file)
+    assert beside
+    record = lab.record
+    plan = {**record.plan, "not_guarded": [*record.plan["not_guarded"], *beside]}
+    CampaignFolder(lab.out).save(replace(record, plan=plan))
+    lab.add_step()
+    capsys.readouterr()
+    assert lab.left(lab.resume("keep")) == ["two"]
+    assert "limit:" not in capsys.readouterr().err
 
 
 def test_without_a_terminal_and_an_option_it_is_refused_with_a_summary(tmp_path: Path) -> None:
