@@ -128,6 +128,7 @@ SLOW = (
     "tests/house/test_import_name.py",
     "tests/imperfect/",
     "tests/main_job/",
+    "tests/model/identification/test_frequency_effect.py",
     "tests/model/identification/test_identify.py",
     "tests/model/test_heat.py",
     "tests/model/test_kernels.py",

@@ -145,5 +145,6 @@ def reason(name: str, facts: CoverageFacts) -> str:
         "sensor_lag_s": f"{heat}: its sensor has nothing to follow" if facts.has_sensor else between,
         "beta": path,
         "tau_s": path,
+        "spectrum_per_decade": path,
     }
     return reasons[name]

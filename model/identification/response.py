@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.model.simulation import band_history, lag_history
-from bufferstand.model.spring import SpringModel
+from bufferstand.model.spring import SPECTRUM_TAU_S, SpringModel, ViscousBranch
 from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
@@ -114,21 +114,44 @@ def _log_mean(values: Floats) -> Floats:
     return 0.5 * total * ratio / np.arctanh(ratio)
 
 
+def spectrum_lags(time_s: Floats, x_mm: Floats) -> Floats:
+    """Return the lags [mm] of the flat spectrum's branches from rest, shape (branches, n)."""
+    return np.array([lag_history(time_s, x_mm, tau_s) for tau_s in SPECTRUM_TAU_S])
+
+
 @dataclass(frozen=True, eq=False)
 class LagStage:
-    """The viscous branch before beta: lag and inner curve, shape (n,)."""
+    """The viscous branches before their shares, shape (branches, n): the own one, then the spectrum's.
+
+    The lags follow from the stroke alone; ``inner`` is the middle curve at the inner strokes.
+    """
 
     lag: Floats
     inner: Floats
     inner_x: Floats
 
     @classmethod
-    def of(cls, band: BandStage, time_s: Floats, tau_s: float, first_mm: float = 0.0) -> LagStage:
-        """Follow the inner stroke of one relaxation time from its first value."""
-        lag = lag_history(time_s, band.x, tau_s, float(band.x[0]) - first_mm)
+    def of(cls, band: BandStage, time_s: Floats, viscous: ViscousBranch, first_mm: float = 0.0) -> LagStage:
+        """Follow the inner strokes of a model's branches; the own one's begins at ``first_mm``.
+
+        The spectrum is left out where the model has none.
+        """
+        own = lag_history(time_s, band.x, viscous.tau_s, float(band.x[0]) - first_mm)
+        fast = spectrum_lags(time_s, band.x) if viscous.spectrum_per_decade > 0.0 else None
+        return cls.looked_up(band, own, fast)
+
+    @classmethod
+    def looked_up(cls, band: BandStage, own_mm: Floats, spectrum_mm: Floats | None) -> LagStage:
+        """Return the stage of lags that are known: (n,) of the own branch, (branches, n) of the spectrum."""
+        lag = own_mm[None] if spectrum_mm is None else np.concatenate([own_mm[None], spectrum_mm])
         inner_x = np.clip(band.x - lag, 0.0, band.tables.end_mm)
         cells = band.tables.cells_of(inner_x)
         return cls(lag, band.tables.at(band.tables.middle, cells), inner_x)
+
+    def shares(self, viscous: ViscousBranch) -> Floats:
+        """Return the share of each branch, shape (branches, 1)."""
+        shares = [viscous.beta, *[viscous.spectrum_share] * (len(self.lag) - 1)]
+        return np.array(shares)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +180,7 @@ def answer(
     Parameters
     ----------
     model : SpringModel
-        Its thermal law, heat balance and viscous share; curves enter by the stages.
+        Its thermal law, heat balance and viscous shares; curves enter by the stages.
     time_s : array, shape (n,)
     band, lag : BandStage, LagStage
         Of the same nodes.
@@ -182,7 +205,7 @@ def answer(
         1.0 - law.loss_sensitivity_per_K * (T - law.reference_C), 0.0, band.tables.width_scale_max
     )
     force = s * (band.loading - (1.0 - band.band) * width)
-    force += model.viscous.beta * (s * band.middle - s_inner * lag.inner)
+    force += np.sum(lag.shares(model.viscous) * (s * band.middle - s_inner * lag.inner), axis=0)
     force = np.where(band.stroke > 0.0, np.maximum(force, 0.0), 0.0)
     force += model.curves.stop_stiffness_kN_per_mm * np.maximum(band.stroke - band.x, 0.0)
     place = ambient_C + model.heat.sensor_gain * (T - ambient_C)
@@ -206,7 +229,7 @@ def _temperatures(
 
     Each round is eq. (7) in one cumulative sum; the error falls like (c_ts ΔT)^n / n!.
     """
-    law, node, beta = model.temperature, model.heat, model.viscous.beta
+    law, node = model.temperature, model.heat
     depth, inner_depth = depths
     start_C, ambient_C = ends_C
     mean_depth = 0.5 * (depth[1:] + depth[:-1])
@@ -217,8 +240,9 @@ def _temperatures(
     else:
         plain = band.released - np.diff(band.free_energy)
         soften = mean_depth * band.released - np.diff(depth * band.free_energy)
-    lags = 0.5 * beta * (lag.lag[1:] + lag.lag[:-1])
-    viscous, viscous_soften = lags * np.diff(lag.inner), lags * np.diff(inner_depth * lag.inner)
+    lags = 0.5 * lag.shares(model.viscous) * (lag.lag[:, 1:] + lag.lag[:, :-1])
+    viscous = np.sum(lags * np.diff(lag.inner), axis=0)
+    viscous_soften = np.sum(lags * np.diff(inner_depth * lag.inner), axis=0)
     dt = np.diff(time_s)
     tau = node.capacity_J_per_K / node.loss_W_per_K if node.loss_W_per_K > 0.0 else np.inf
     ratio = dt / tau

@@ -40,7 +40,7 @@ def command(out: Path) -> int:
         raise BadInput(f"cannot be written: {error.strerror}", file=out) from None
     models = sample("models")
     found = compare_with_paper(
-        load_model(models / "category-a-elastomer.toml"), load_model(models / "draw-hook-elastomer.toml")
+        load_model(models / "category-a-frequency.toml"), load_model(models / "draw-hook-elastomer.toml")
     )
     try:
         for figure in found.figures:
