@@ -268,7 +268,7 @@ class Problem:
         force = (given.force_kN[drive.node[used]] - drive.force_kN[used]) / (
             drive.force_sigma_kN[used] * experiment.force_factor
         )
-        force = _whitened(
+        force = whitened(
             force, drive.turn_kN[used] / drive.force_sigma_kN[used], drive.half[drive.node[used]]
         )
         if not drive.sensor_C.size:
@@ -282,7 +282,7 @@ class Problem:
         return np.concatenate([force, sensor, [start]])
 
 
-def _whitened(values: Floats, common: Floats, half: NDArray[np.intp]) -> Floats:
+def whitened(values: Floats, common: Floats, half: NDArray[np.intp]) -> Floats:
     """Return values of unit noise plus one common error a half stroke as values of unit noise.
 
     The covariance I + c cᵀ of a half stroke has the inverse root I - (1 - 1/√(1 + c²)) c cᵀ / c².

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bufferstand.foundation import BadInput
 from bufferstand.model.curves import Curves
 from bufferstand.model.identification.continuation import Continued, continued
-from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason
+from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason, without_contrast
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.fitting import (
     COVERAGE,
@@ -97,6 +97,8 @@ class Unknown:
     value: float
     unit: str
     on_request: bool = False
+    fitted: bool = False
+    """Whether the value was fitted along with the others, instead of assumed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,19 +277,8 @@ def _result(
     problem, vector = solution.problem, solution.vector
     answers = problem.answers(vector)
     facts = facts_of(problem, answers)
-    unknown = tuple(
-        Unknown(
-            law.name,
-            "it was left out on request"
-            if law.name in how.without
-            else why.get(law.name) or reason(law.name, facts),
-            law.to_value(float(vector[problem.frame.place(law.name)])),
-            law.unit,
-            law.name in how.without,
-        )
-        for law in LAWS
-        if not solution.free[problem.frame.place(law.name)]
-    )
+    untold = without_contrast(facts)
+    unknown = _unknowns(solution, facts, how, why, untold)
     coldest, warmest = facts.temperature_C
     valid_C = (math.floor(10.0 * coldest) / 10.0, math.ceil(10.0 * warmest) / 10.0)
     longer = _continued(solution, how)
@@ -305,13 +296,31 @@ def _result(
             "no run states the specimen's full stroke (max_stroke_mm): the curves end at "
             f"{curves.end_mm:.4g} mm, where the runs end, and the stop stands there"
         )
-    found = estimates(solution)
+    found = estimates(solution, untold)
     notes += [
         f"{e.name} lies at the end of what was allowed ({abs(round(e.value, 9)):.4g} {e.unit})"
         for e in found
         if e.at_bound and e.identified
     ]
     return Identification(model, solution, tuple(found), unknown, facts, checks, held_out, tuple(notes))
+
+
+def _unknowns(
+    solution: Solution, facts: CoverageFacts, how: FitSettings, why: dict[str, str], untold: set[str]
+) -> tuple[Unknown, ...]:
+    """Return the parameters that the runs do not tell: left out of the fit, or fitted along without contrast."""
+    frame = solution.problem.frame
+    found = []
+    for law in LAWS:
+        at = frame.place(law.name)
+        fitted = bool(solution.free[at])
+        if fitted and law.name not in untold:
+            continue
+        asked = law.name in how.without
+        told = "it was left out on request" if asked else why.get(law.name) or reason(law.name, facts)
+        value = law.to_value(float(solution.vector[at]))
+        found.append(Unknown(law.name, told, value, law.unit, asked, fitted))
+    return tuple(found)
 
 
 def _continued(solution: Solution, how: FitSettings) -> Continued | None:
