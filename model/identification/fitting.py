@@ -217,8 +217,8 @@ def correlation_of(parts: Sequence[Floats]) -> float:
 def estimates(solution: Solution, untold: Collection[str] = ()) -> list[Estimate]:
     """Return the laws' parameters and the curves at the knots, with their 95 % intervals.
 
-    ``untold`` names parameters that were fitted along but have no interval: nothing in the runs contrasts them
-    with the rest, so that their figures rest on the form of the model alone.
+    ``untold`` names parameters that were fitted along but have no interval: nothing in the runs contrasts
+    them with the rest, so that their figures rest on the form of the model alone.
     """
     frame, vector = solution.problem.frame, solution.vector
     low, high = _bounds(solution.problem)

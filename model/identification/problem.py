@@ -98,6 +98,10 @@ class Problem:
         at = self.frame.size + STATES * number
         return at, at + 1
 
+    def inner_place(self, number: int) -> int:
+        """Return where the first inner stroke of an experiment stands in the vector."""
+        return self.temperature_places(number)[1] + 1
+
     def always_free(self) -> Mask:
         """Return which first states are to be found: temperatures only where a sensor was read."""
         free = np.zeros(self.size, dtype=np.bool_)

@@ -308,7 +308,7 @@ def _result(
 def _unknowns(
     solution: Solution, facts: CoverageFacts, how: FitSettings, why: dict[str, str], untold: set[str]
 ) -> tuple[Unknown, ...]:
-    """Return the parameters that the runs do not tell: left out of the fit, or fitted along without contrast."""
+    """Return what the runs do not tell: parameters left out of the fit, or fitted along without contrast."""
     frame = solution.problem.frame
     found = []
     for law in LAWS:
