@@ -16,6 +16,7 @@ from bufferstand.model.identification import (
     Identification,
     check_cycles,
     cycles_of,
+    spectrum_lags,
     whitened,
 )
 from bufferstand.model.simulation import lag_history
@@ -118,7 +119,10 @@ class FamilyData:
         return len(cycles_of(self.experiment.drive))
 
     def _lags(self, times_s: Sequence[float]) -> Floats:
-        return np.array([self.lag(tau_s) for tau_s in times_s])
+        drive = self.experiment.drive
+        fast = spectrum_lags(drive.time_s, self.x_mm, drive.half, times_s)
+        slow = [self.lag(tau_s) for tau_s in times_s if tau_s >= _SLOW_S]
+        return np.concatenate([fast[: len(times_s) - len(slow)], np.array(slow).reshape(len(slow), -1)])
 
 
 def data_of(found: Identification) -> list[FamilyData]:

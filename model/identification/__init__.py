@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         BandStage,
         LagStage,
         answer,
+        spectrum_lags,
     )
     from bufferstand.model.identification.suggested_runs import (
         missing_runs,
@@ -78,6 +79,7 @@ __all__ = [
     "missing_runs",
     "needed",
     "reduce_run",
+    "spectrum_lags",
     "whitened",
 ]
 

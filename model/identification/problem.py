@@ -217,7 +217,8 @@ class Problem:
     def _spectrum(self) -> tuple[Floats, ...]:
         """Lags of the flat spectrum's branches, whose times are fixed: found once."""
         return tuple(
-            spectrum_lags(e.drive.time_s, x) for e, x in zip(self.experiments, self._strokes, strict=True)
+            spectrum_lags(e.drive.time_s, x, e.drive.half)
+            for e, x in zip(self.experiments, self._strokes, strict=True)
         )
 
     def _lags(

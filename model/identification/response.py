@@ -7,11 +7,13 @@ costs no more than a few cumulative sums. Same laws and figures as
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from bufferstand.model.simulation import band_history, lag_history
 from bufferstand.model.spring import SPECTRUM_TAU_S, SpringModel, ViscousBranch
@@ -22,6 +24,8 @@ Floats = NDArray[np.float64]
 _BLOCK = 30.0
 _TOLERANCE_K = 1e-8
 _MOST_ROUNDS = 40
+_FINER = 8
+"""Parts of a step between two nodes in which fast viscous branches follow the stroke."""
 
 
 def relax(time_s: Floats, tau_s: float, first: float, added: Floats) -> Floats:
@@ -114,9 +118,35 @@ def _log_mean(values: Floats) -> Floats:
     return 0.5 * total * ratio / np.arctanh(ratio)
 
 
-def spectrum_lags(time_s: Floats, x_mm: Floats) -> Floats:
-    """Return the lags [mm] of the flat spectrum's branches from rest, shape (branches, n)."""
-    return np.array([lag_history(time_s, x_mm, tau_s) for tau_s in SPECTRUM_TAU_S])
+def spectrum_lags(
+    time_s: Floats,
+    x_mm: Floats,
+    half: NDArray[np.intp] | None = None,
+    times_s: Sequence[float] = SPECTRUM_TAU_S,
+) -> Floats:
+    """Return the lags [mm] of branches from rest, (branches, n): the flat spectrum's, or of ``times_s``.
+
+    Nodes lie further apart than these branches take to relax. With ``half``, the number of the half stroke of
+    each node, the stroke between them is a monotone cubic instead of a straight line.
+    """
+    if half is None or time_s.size < 3:
+        return np.array([lag_history(time_s, x_mm, tau_s) for tau_s in times_s])
+    fine_s, fine_mm = _between_nodes(time_s, x_mm, half)
+    return np.array([lag_history(fine_s, fine_mm, tau_s)[::_FINER] for tau_s in times_s])
+
+
+def _between_nodes(time_s: Floats, x_mm: Floats, half: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Return times and strokes of the nodes and of points between them, each half stroke by itself."""
+    inside = np.arange(_FINER) / _FINER
+    fine_s = np.append((time_s[:-1, None] + np.diff(time_s)[:, None] * inside).ravel(), time_s[-1])
+    fine_mm = np.append((x_mm[:-1, None] + np.diff(x_mm)[:, None] * inside).ravel(), x_mm[-1])
+    starts = np.flatnonzero(np.diff(half, prepend=half[0] - 1))
+    for first, last in zip(starts.tolist(), [*starts[1:].tolist(), time_s.size - 1], strict=True):
+        if last - first >= 2:
+            part = slice(first * _FINER, last * _FINER + 1)
+            nodes = slice(first, last + 1)
+            fine_mm[part] = PchipInterpolator(time_s[nodes], x_mm[nodes])(fine_s[part])
+    return fine_s, fine_mm
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,13 +161,20 @@ class LagStage:
     inner_x: Floats
 
     @classmethod
-    def of(cls, band: BandStage, time_s: Floats, viscous: ViscousBranch, first_mm: float = 0.0) -> LagStage:
+    def of(
+        cls,
+        band: BandStage,
+        time_s: Floats,
+        viscous: ViscousBranch,
+        first_mm: float = 0.0,
+        half: NDArray[np.intp] | None = None,
+    ) -> LagStage:
         """Follow the inner strokes of a model's branches; the own one's begins at ``first_mm``.
 
-        The spectrum is left out where the model has none.
+        The spectrum is left out where the model has none; ``half`` as for :func:`spectrum_lags`.
         """
         own = lag_history(time_s, band.x, viscous.tau_s, float(band.x[0]) - first_mm)
-        fast = spectrum_lags(time_s, band.x) if viscous.spectrum_per_decade > 0.0 else None
+        fast = spectrum_lags(time_s, band.x, half) if viscous.spectrum_per_decade > 0.0 else None
         return cls.looked_up(band, own, fast)
 
     @classmethod

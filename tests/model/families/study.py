@@ -1,6 +1,6 @@
 """How often noisy runs choose the family that they came from.
 
-``python -m tests.model.families.study [TRIALS]`` in the project's folder prints the table of docs/families.md.
+``python -m tests.model.families.study [TRIALS]`` in the project's folder prints how often.
 """
 
 from __future__ import annotations

@@ -123,7 +123,7 @@ def test_our_families_are_the_model_that_is_exported(name):
 
 @pytest.mark.parametrize("family", FAMILIES, ids=[family.name for family in FAMILIES])
 def test_a_slow_stroke_at_rest_lies_on_or_between_the_curves(family):
-    """Driven so slowly that no rate shows, every family gives forces of its curves, rising with the stroke."""
+    """Driven so slowly that no rate shows, every family gives forces of its curves, rising."""
     values = family.values(FRAME, true_vector(family))
     assert set(values) == {law.name for law in family.laws}
     assert len(TRUE[family.name]) == len(family.laws)
