@@ -121,8 +121,10 @@ class FamilyData:
     def _lags(self, times_s: Sequence[float]) -> Floats:
         drive = self.experiment.drive
         fast = spectrum_lags(drive.time_s, self.x_mm, drive.half, times_s)
-        slow = [self.lag(tau_s) for tau_s in times_s if tau_s >= _SLOW_S]
-        return np.concatenate([fast[: len(times_s) - len(slow)], np.array(slow).reshape(len(slow), -1)])
+        for number, tau_s in enumerate(times_s):
+            if tau_s >= _SLOW_S:  # these begin with what the run before has left
+                fast[number] = self.lag(tau_s)
+        return fast
 
 
 def data_of(found: Identification) -> list[FamilyData]:

@@ -24,7 +24,6 @@ def true_fit(family: Family) -> FittedFamily:
     return FittedFamily(family, true_vector(family), (), 0, 1.0, 1, 1.0, (), 1.0, 0.0)
 
 
-@pytest.mark.slow
 @pytest.mark.dose(3)
 @pytest.mark.parametrize(("name", "seed"), trials(100), ids=str)
 def test_the_runs_choose_the_family_that_they_came_from(name: str, seed: int):
