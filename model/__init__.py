@@ -16,6 +16,11 @@ if TYPE_CHECKING:
         load_model,
         save_model,
     )
+    from bufferstand.model.impact import (
+        ImpactPrediction,
+        impact_to,
+        predict_impact,
+    )
     from bufferstand.model.paper_runs import (
         SEQUENCE_mm,
         SimulatedRun,
@@ -47,6 +52,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CyclePrediction",
     "HeatBalance",
+    "ImpactPrediction",
     "ModelFile",
     "SEQUENCE_mm",
     "SimulatedRun",
@@ -56,9 +62,11 @@ __all__ = [
     "frequency_of",
     "harmonic_run",
     "heat_step",
+    "impact_to",
     "load_model",
     "predict_forces",
     "predict_harmonic",
+    "predict_impact",
     "predict_static",
     "save_model",
     "sequence",

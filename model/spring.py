@@ -195,14 +195,18 @@ class ViscousBranch:
         _demand("viscous.tau_s", self.tau_s, above=0.0)
         _demand("viscous.spectrum_per_decade", self.spectrum_per_decade, least=0.0)
 
+    @property
+    def spectrum_share(self) -> float:
+        """Share of the middle curve's force that each branch of the spectrum adds."""
+        return _SPECTRUM_DECADES * self.spectrum_per_decade
+
     @cached_property
     def branches(self) -> tuple[tuple[float, float], ...]:
         """Share and relaxation time [s] of each branch that is there: the own one, then the spectrum's."""
         own = ((self.beta, self.tau_s),) if self.beta > 0.0 else ()
         if self.spectrum_per_decade == 0.0:
             return own
-        share = _SPECTRUM_DECADES * self.spectrum_per_decade
-        return own + tuple((share, tau_s) for tau_s in SPECTRUM_TAU_S)
+        return own + tuple((self.spectrum_share, tau_s) for tau_s in SPECTRUM_TAU_S)
 
     def response(self, duration_s: float) -> tuple[float, float]:
         """Return factors (kept, added) of ``lag1 = kept lag0 + added dx`` for a stroke linear in time."""

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.cli.model.fit_document import (
+        document_of,
+    )
     from bufferstand.cli.model.pictures import (
         picture_comparison,
         picture_simulation,
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MeasuredRun",
     "beyond_the_runs",
+    "document_of",
     "picture_comparison",
     "picture_simulation",
     "picture_warming",

@@ -30,8 +30,9 @@ def show_identification(found: Identification) -> None:
             ("value", "right"),
             ("95 % interval", "right"),
             ("unit", "left"),
+            ("of prior", "right"),
         ],
-        [[e.name, symbols[e.name], _value(e), _interval(e), e.unit] for e in laws],
+        [[e.name, symbols[e.name], _value(e), _interval(e), e.unit, _of_prior(e)] for e in laws],
     )
     _show_curves(found)
     _show_residuals(found)
@@ -39,20 +40,20 @@ def show_identification(found: Identification) -> None:
         click.echo("Not told by these runs:")
         for unknown in found.unknown:
             stands = f"{unknown.value:.4g} {unknown.unit}".rstrip()
-            click.echo(f"  {unknown.name}: {unknown.why}; {stands} is assumed")
+            how = "fitted along, but told by the form of the model alone" if unknown.fitted else "assumed"
+            click.echo(f"  {unknown.name}: {unknown.why}; {stands} is {how}")
     for note in found.notes:
         warn(note)
 
 
 def _value(estimate: Estimate) -> str:
     """Return the value in digits; 0 where nothing but rounding keeps it from its bound at 0."""
-    negligible = abs(estimate.value) < 1e-6 * (estimate.high - estimate.low)
-    return "0" if negligible else f"{estimate.value:.4g}"
+    return "0" if abs(estimate.value) < 1e-6 * _width(estimate) else f"{estimate.value:.4g}"
 
 
 def _interval(estimate: Estimate) -> str:
-    if not estimate.identified:
-        return "assumed"
+    if estimate.low is None or estimate.high is None:
+        return "none: not told" if estimate.of_prior is not None else "none: assumed"
     return f"{estimate.low:.4g} … {estimate.high:.4g}"
 
 
@@ -80,7 +81,15 @@ def _show_curves(found: Identification) -> None:
 
 
 def _half(estimate: Estimate) -> float:
-    return 0.5 * (estimate.high - estimate.low)
+    return 0.5 * _width(estimate)
+
+
+def _width(estimate: Estimate) -> float:
+    return 0.0 if estimate.low is None or estimate.high is None else estimate.high - estimate.low
+
+
+def _of_prior(estimate: Estimate) -> str:
+    return "" if estimate.of_prior is None else f"{100.0 * estimate.of_prior:.2g} %"
 
 
 def _show_residuals(found: Identification) -> None:

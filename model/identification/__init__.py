@@ -12,10 +12,23 @@ if TYPE_CHECKING:
     )
     from bufferstand.model.identification.fitting import (
         Estimate,
+        correlation_of,
+    )
+    from bufferstand.model.identification.held_out import (
+        held_out_of,
     )
     from bufferstand.model.identification.laws import (
         LAWS,
         NAMES,
+        Law,
+    )
+    from bufferstand.model.identification.parameters import (
+        FixedParts,
+        curves_at_knots,
+    )
+    from bufferstand.model.identification.problem import (
+        Experiment,
+        whitened,
     )
     from bufferstand.model.identification.procedure import (
         FitSettings,
@@ -28,6 +41,7 @@ if TYPE_CHECKING:
         BandStage,
         LagStage,
         answer,
+        spectrum_lags,
     )
     from bufferstand.model.identification.suggested_runs import (
         missing_runs,
@@ -36,6 +50,7 @@ if TYPE_CHECKING:
     from bufferstand.model.identification.validation import (
         CycleCheck,
         check_cycles,
+        cycles_of,
     )
 
 __all__ = [
@@ -46,17 +61,26 @@ __all__ = [
     "CycleCheck",
     "Drive",
     "Estimate",
+    "Experiment",
     "FitSettings",
+    "FixedParts",
     "Identification",
     "LagStage",
+    "Law",
     "answer",
     "check_cycles",
+    "correlation_of",
+    "curves_at_knots",
+    "cycles_of",
     "experiment_of",
+    "held_out_of",
     "identify",
     "join",
     "missing_runs",
     "needed",
     "reduce_run",
+    "spectrum_lags",
+    "whitened",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

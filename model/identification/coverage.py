@@ -59,6 +59,11 @@ class CoverageFacts:
     stroke_mm: float
     force_kN: float
 
+    @property
+    def span_K(self) -> float:  # noqa: N802 - the unit's own letter
+        """Get how far the temperatures lie apart at which force was measured [K]."""
+        return self.temperature_C[1] - self.temperature_C[0]
+
 
 def facts_of(problem: Problem, answers: Sequence[Answer]) -> CoverageFacts:
     """Return what the experiments of a problem cover, temperatures by the fitted model."""
@@ -118,6 +123,30 @@ def _speed_ratio(halves: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> f
     return largest
 
 
+LEAST_CONTRAST = {
+    "transition_length_mm": ("inner_loops", 1.0),
+    "sensitivity_per_K": ("span_K", 3.0),
+    "depth_mm": ("span_K", 3.0),
+    "loss_sensitivity_per_K": ("span_K", 3.0),
+    "capacity_J_per_K": ("warming_K", 2.0),
+    "sensor_lag_s": ("warming_K", 2.0),
+    "loss_W_per_K": ("cooling_K", 0.5),
+    "beta": ("same_path_speeds", 4.0),
+    "tau_s": ("same_path_speeds", 4.0),
+    "spectrum_per_decade": ("same_path_speeds", 8.0),
+}
+"""What runs must at least differ in to tell a parameter from another cause, by its name among the facts.
+
+Less of it, and the figure would rest on the form of the model alone: a drift of 2 % passes for 2 K of warming
+at c_ts = 0.01 per kelvin, and three equal strokes fit with any L.
+"""
+
+
+def without_contrast(facts: CoverageFacts) -> set[str]:
+    """Return the parameters for which the runs do not differ enough."""
+    return {name for name, (fact, least) in LEAST_CONTRAST.items() if getattr(facts, fact) < least}
+
+
 def reason(name: str, facts: CoverageFacts) -> str:
     """Return why a parameter is not identified by runs that cover this much."""
     low, high = facts.temperature_C
@@ -136,7 +165,8 @@ def reason(name: str, facts: CoverageFacts) -> str:
     heat = f"the spring warms by {facts.warming_K:.1f} K at most"
     cool = f"it cools by {facts.cooling_K:.1f} K at most while runs of one sitting show it"
     reasons = {
-        "transition_length_mm": f"{facts.inner_loops} half strokes lie inside the curves",
+        "transition_length_mm": f"{facts.inner_loops} half strokes lie inside the curves: strokes to the end "
+        "alone do not tell it from the loss",
         "sensitivity_per_K": between,
         "depth_mm": f"{between}, too little at small strokes, or c_ts is 0",
         "loss_sensitivity_per_K": between,
@@ -145,5 +175,6 @@ def reason(name: str, facts: CoverageFacts) -> str:
         "sensor_lag_s": f"{heat}: its sensor has nothing to follow" if facts.has_sensor else between,
         "beta": path,
         "tau_s": path,
+        "spectrum_per_decade": path,
     }
     return reasons[name]

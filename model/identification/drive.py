@@ -27,6 +27,8 @@ _TRANSITION_MM = 4.0
 """Way over which the memory of a turn is taken to fade; only for weighting."""
 _REST_S = 2.0
 """Nodes of a standing spring are no further apart than this."""
+_STILL_MM, _STILL_S = 0.08, 0.3
+"""A half stroke that begins with a rest has a node where it leaves it: fast branches relax until then."""
 _LEAST_SHARE = 1e-4
 """Noise of the force is taken as this share of the largest force at least: filters make it look smaller."""
 _CHUNK = 8
@@ -346,7 +348,9 @@ def _blocks(time: Floats, stroke: Floats, start_mm: float, how: Reduction) -> tu
         marks.append(marks[-1] + min(how.near_mm + how.growth * from_turn, how.far_mm))
     by_way = np.searchsorted(way, marks[:-1])
     resting = np.searchsorted(time, np.arange(time[0], time[-1], _REST_S))
-    begin = np.unique(np.concatenate([by_way, resting]))
+    still = max(int(np.searchsorted(way, _STILL_MM)) - 1, 0)
+    leaving = [still] if time[still] - time[0] > _STILL_S else []
+    begin = np.unique(np.concatenate([by_way, resting, leaving])).astype(np.intp)
     begin = begin[begin < time.size]
     width = np.minimum(np.diff(begin, append=time.size), how.block_samples)
     reach = np.searchsorted(way, way[begin] + how.block_mm, side="right") - begin

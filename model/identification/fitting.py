@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,21 +32,26 @@ class Estimate:
     Attributes
     ----------
     name, unit : str
-    value, low, high : float
-        Estimate and ends of the interval; equal where the parameter was given.
+    value : float
+        Estimate.
+    low, high : float or None
+        Ends of the interval, within what was allowed; None where the runs do not tell the parameter.
     identified : bool
-        False if the runs do not say what it is, and the value is an assumption.
+        False if the runs do not say what it is, and the value is an assumption, or fitted along.
     at_bound : bool
         Whether the estimate lies at the end of what was allowed.
+    of_prior : float, optional
+        Standard deviation after the runs over that before them (the plausible range); None if not fitted.
     """
 
     name: str
     unit: str
     value: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     identified: bool = True
     at_bound: bool = False
+    of_prior: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,11 +189,17 @@ def correlation_factor(problem: Problem, residuals: Floats) -> float:
     which it is taken as white), at most a hundred of them. A model that misses systematically is caught here:
     its residuals run along in the same direction for many samples.
     """
-    parts = [
-        residuals[place]
-        for _, kind, place in problem.groups()
-        if kind == "force" and place.stop - place.start
-    ]
+    return correlation_of(
+        [
+            residuals[place]
+            for _, kind, place in problem.groups()
+            if kind == "force" and place.stop - place.start
+        ]
+    )
+
+
+def correlation_of(parts: Sequence[Floats]) -> float:
+    """Return :func:`correlation_factor` of the residuals of several stretches, each in the order of time."""
     count = sum(part.size for part in parts)
     if count < 50:
         return 1.0
@@ -203,8 +214,12 @@ def correlation_factor(problem: Problem, residuals: Floats) -> float:
     return total
 
 
-def estimates(solution: Solution) -> list[Estimate]:
-    """Return the laws' parameters and the curves at the knots, with their 95 % intervals."""
+def estimates(solution: Solution, untold: Collection[str] = ()) -> list[Estimate]:
+    """Return the laws' parameters and the curves at the knots, with their 95 % intervals.
+
+    ``untold`` names parameters that were fitted along but have no interval: nothing in the runs contrasts
+    them with the rest, so that their figures rest on the form of the model alone.
+    """
     frame, vector = solution.problem.frame, solution.vector
     low, high = _bounds(solution.problem)
     scale = solution.problem.scales(vector)
@@ -214,10 +229,22 @@ def estimates(solution: Solution) -> list[Estimate]:
     found = []
     for law in LAWS:
         at = frame.place(law.name)
-        ends = [law.to_value(float(vector[at] + side * COVERAGE * sigma[at])) for side in (-1.0, 0.0, 1.0)]
+        free = bool(solution.free[at])
+        told = free and law.name not in untold
+        ends = [
+            law.to_value(float(np.clip(vector[at] + side * COVERAGE * sigma[at], low[at], high[at])))
+            for side in (-1.0, 1.0)
+        ]
         found.append(
             Estimate(
-                law.name, law.unit, ends[1], ends[0], ends[2], bool(solution.free[at]), bool(at_bound[at])
+                law.name,
+                law.unit,
+                law.to_value(float(vector[at])),
+                ends[0] if told else None,
+                ends[1] if told else None,
+                told,
+                bool(at_bound[at]),
+                float(sigma[at] / scale[at]) if free else None,
             )
         )
     values, spread = curve_spread(solution)

@@ -55,6 +55,7 @@ LAWS = (
     Law("sensor_lag_s", "s", "sensor lag", "log", 15.0, 0.1, 2000.0, 1.5, 15.0),
     Law("beta", "", "beta", "linear", 0.03, 0.0, 0.6, 0.06, 0.0),
     Law("tau_s", "s", "tau", "log", 6.0, 0.01, 600.0, 2.0, 6.0),
+    Law("spectrum_per_decade", "", "b", "linear", 0.02, 0.0, 0.4, 0.05, 0.0),
 )
 """Every parameter that is not a point of a curve, in the order of the vector."""
 

@@ -19,7 +19,7 @@ LEAST_RISE_kN = 1e-3
 """Between two knots the loading curve rises by so much at least; the unloading curve may stay."""
 
 
-STAGE_OF = {"transition_length_mm": "band", "tau_s": "lag"}
+STAGE_OF = {"transition_length_mm": "band", "tau_s": "lag", "spectrum_per_decade": "lag"}
 
 
 @dataclass(frozen=True)
@@ -151,6 +151,6 @@ def model_of(
             sensor_lag_s=value["sensor_lag_s"],
             sensor_gain=frame.sensor_gain,
         ),
-        viscous=ViscousBranch(beta=value["beta"], tau_s=value["tau_s"]),
+        viscous=ViscousBranch(value["beta"], value["tau_s"], value["spectrum_per_decade"]),
         identified=identified,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -13,7 +14,8 @@ from bufferstand.model.curves import Curves
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.laws import LAWS
 from bufferstand.model.identification.parameters import STAGE_OF, FixedParts, curves_of, model_of, scales
-from bufferstand.model.identification.response import Answer, BandStage, LagStage, answer
+from bufferstand.model.identification.response import Answer, BandStage, LagStage, answer, spectrum_lags
+from bufferstand.model.simulation import lag_history
 from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
@@ -63,6 +65,8 @@ class _Stages:
     curves: Curves
     tables: BandTables
     bands: tuple[BandStage, ...]
+    own_mm: tuple[Floats, ...]
+    """Lag of each experiment's own viscous branch: no curve changes it."""
     lags: tuple[LagStage, ...]
 
 
@@ -93,6 +97,10 @@ class Problem:
         """Return where the first temperatures of mass and sensor of an experiment stand in the vector."""
         at = self.frame.size + STATES * number
         return at, at + 1
+
+    def inner_place(self, number: int) -> int:
+        """Return where the first inner stroke of an experiment stands in the vector."""
+        return self.temperature_places(number)[1] + 1
 
     def always_free(self) -> Mask:
         """Return which first states are to be found: temperatures only where a sensor was read."""
@@ -184,30 +192,58 @@ class Problem:
             ],
         )
 
-    def _stages(self, vector: Floats) -> _Stages:
+    def _stages(self, vector: Floats, own_mm: tuple[Floats, ...] | None = None) -> _Stages:
+        """Return every stage; ``own_mm``, if the lags of the own branches are known."""
         curves = curves_of(self.frame, vector)
         tables = BandTables.of(curves, self.frame.value(vector, "depth_mm"))
         bands = tuple(BandStage.of(tables, e.drive.stroke_mm) for e in self.experiments)
-        return _Stages(curves, tables, bands, self._lags(vector, bands))
+        own_mm = self._own_lags(vector) if own_mm is None else own_mm
+        return _Stages(curves, tables, bands, own_mm, self._lags(vector, bands, own_mm))
 
-    def _lags(self, vector: Floats, bands: Sequence[BandStage]) -> tuple[LagStage, ...]:
+    def _own_lags(self, vector: Floats) -> tuple[Floats, ...]:
         tau = self.frame.value(vector, "tau_s")
+        firsts = [float(vector[self.temperature_places(n)[1] + 1]) for n in range(len(self.experiments))]
         return tuple(
-            LagStage.of(band, e.drive.time_s, tau, float(vector[self.temperature_places(number)[1] + 1]))
-            for number, (band, e) in enumerate(zip(bands, self.experiments, strict=True))
+            lag_history(e.drive.time_s, x, tau, float(x[0]) - first)
+            for e, x, first in zip(self.experiments, self._strokes, firsts, strict=True)
         )
+
+    @cached_property
+    def _strokes(self) -> tuple[Floats, ...]:
+        """Stroke of every experiment within the curves [mm]."""
+        return tuple(np.clip(e.drive.stroke_mm, 0.0, self.frame.knots_mm[-1]) for e in self.experiments)
+
+    @cached_property
+    def _spectrum(self) -> tuple[Floats, ...]:
+        """Lags of the flat spectrum's branches, whose times are fixed: found once."""
+        return tuple(
+            spectrum_lags(e.drive.time_s, x, e.drive.half)
+            for e, x in zip(self.experiments, self._strokes, strict=True)
+        )
+
+    def _lags(
+        self, vector: Floats, bands: Sequence[BandStage], own_mm: Sequence[Floats]
+    ) -> tuple[LagStage, ...]:
+        if self.frame.value(vector, "spectrum_per_decade") > 0.0:
+            parts = zip(bands, own_mm, self._spectrum, strict=True)
+            return tuple(LagStage.looked_up(band, own, fast) for band, own, fast in parts)
+        return tuple(LagStage.looked_up(band, own, None) for band, own in zip(bands, own_mm, strict=True))
 
     def _changed(self, vector: Floats, place: int, stages: _Stages) -> _Stages:
         """Return the stages after one entry has changed: anew only what depends on it."""
         if place >= self.frame.size:
             inner = (place - self.frame.size) % STATES == STATES - 1
-            return replace(stages, lags=self._lags(vector, stages.bands)) if inner else stages
+            return self._lagged(vector, stages) if inner else stages
         if place < 2 * self.frame.points:
-            return self._stages(vector)
+            return self._stages(vector, stages.own_mm)
         stage = STAGE_OF.get(LAWS[place - 2 * self.frame.points].name)
         if stage == "band":
-            return self._stages(vector)
-        return replace(stages, lags=self._lags(vector, stages.bands)) if stage == "lag" else stages
+            return self._stages(vector, stages.own_mm)
+        return self._lagged(vector, stages) if stage == "lag" else stages
+
+    def _lagged(self, vector: Floats, stages: _Stages) -> _Stages:
+        own_mm = self._own_lags(vector)
+        return replace(stages, own_mm=own_mm, lags=self._lags(vector, stages.bands, own_mm))
 
     def _touched(self, place: int) -> Sequence[int]:
         if place < self.frame.size:
@@ -237,7 +273,7 @@ class Problem:
         force = (given.force_kN[drive.node[used]] - drive.force_kN[used]) / (
             drive.force_sigma_kN[used] * experiment.force_factor
         )
-        force = _whitened(
+        force = whitened(
             force, drive.turn_kN[used] / drive.force_sigma_kN[used], drive.half[drive.node[used]]
         )
         if not drive.sensor_C.size:
@@ -251,7 +287,7 @@ class Problem:
         return np.concatenate([force, sensor, [start]])
 
 
-def _whitened(values: Floats, common: Floats, half: NDArray[np.intp]) -> Floats:
+def whitened(values: Floats, common: Floats, half: NDArray[np.intp]) -> Floats:
     """Return values of unit noise plus one common error a half stroke as values of unit noise.
 
     The covariance I + c cᵀ of a half stroke has the inverse root I - (1 - 1/√(1 + c²)) c cᵀ / c².

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from bufferstand.foundation import BadInput
 from bufferstand.model.curves import Curves
 from bufferstand.model.identification.continuation import Continued, continued
-from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason
+from bufferstand.model.identification.coverage import CoverageFacts, facts_of, reason, without_contrast
 from bufferstand.model.identification.drive import Drive
 from bufferstand.model.identification.fitting import (
+    COVERAGE,
     Estimate,
     Solution,
     curve_spread,
@@ -23,19 +24,23 @@ from bufferstand.model.identification.fitting import (
     identified,
     solve,
 )
+from bufferstand.model.identification.held_out import HeldOut, cross_validate
 from bufferstand.model.identification.laws import LAWS, NAMES
 from bufferstand.model.identification.parameters import FixedParts, curves_of, model_of
 from bufferstand.model.identification.problem import Experiment, Problem
 from bufferstand.model.identification.starting import knots_of, start_vector
-from bufferstand.model.identification.validation import CycleCheck, check_cycles, cycles_of, quality
+from bufferstand.model.identification.validation import CycleCheck, check_cycles, quality
 from bufferstand.model.identified_range import IdentifiedRange
 from bufferstand.model.spring import SpringModel
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-HOLD_OUT = 5
-"""One cycle in so many is held out for the cross-validation, of runs that have three or more."""
+SPECTRUM = "spectrum_per_decade"
+_TOLD_FROM_NONE = 2.0
+"""Standard deviations by which b must exceed 0."""
+_LEAST_GAIN = 2.0
+"""Logarithm of the likelihood of the held-out cycles that the spectrum must gain, over effective samples."""
 _ALWAYS_FREE = ("transition_length_mm",)
 _TOGETHER = {"beta": ("tau_s",), "sensitivity_per_K": ("depth_mm",)}
 _CHECKS = 3
@@ -92,6 +97,8 @@ class Unknown:
     value: float
     unit: str
     on_request: bool = False
+    fitted: bool = False
+    """Whether the value was fitted along with the others, instead of assumed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,11 +173,9 @@ def identify(drives: Sequence[Drive], settings: FitSettings | None = None) -> Id
     frame = _frame(drives, how)
     problem = Problem(frame, experiments)
     vector = problem.start(start_vector(frame, drives))
-    solution = _fit(problem, vector, how.without)
-    held_out: tuple[CycleCheck, ...] = ()
-    if how.hold_out:
-        held_out = _cross_validate(solution)
-    return _result(solution, held_out, how)
+    rich = _fit(problem, vector, how.without)
+    solution, held_out, why = _spectrum_chosen(problem, vector, rich, how)
+    return _result(solution, held_out.checks, how, why)
 
 
 def _frame(drives: Sequence[Drive], how: FitSettings) -> FixedParts:
@@ -231,47 +236,49 @@ def _unknown(problem: Problem, vector: Floats, free: Mask, correlation: float = 
     return names - set(_ALWAYS_FREE) if problem.experiments else names
 
 
-def _cross_validate(solution: Solution) -> tuple[CycleCheck, ...]:
-    """Fit again without one cycle in five, and look at what the fit says about those."""
-    problem = solution.problem
-    held = []
-    for experiment in problem.experiments:
-        out = np.zeros(experiment.used.size, dtype=np.bool_)
-        cycles = cycles_of(experiment.drive)
-        if len(cycles) >= 3:
-            for nodes in cycles[HOLD_OUT // 2 :: HOLD_OUT]:
-                out[nodes] = True
-        held.append(out & experiment.used)
-    if not any(np.any(out) for out in held):
-        return ()
-    seen = Problem(
-        problem.frame,
-        [replace(e, used=e.used & ~out) for e, out in zip(problem.experiments, held, strict=True)],
-    )
-    fitted = solve(seen, solution.vector, solution.free)
-    answers = seen.answers(fitted.vector)
-    return tuple(
-        check
-        for experiment, given, out in zip(problem.experiments, answers, held, strict=True)
-        for check in check_cycles(replace(experiment, used=out), given)
-    )
+def _spectrum_chosen(
+    problem: Problem, vector: Floats, solution: Solution, how: FitSettings
+) -> tuple[Solution, HeldOut, dict[str, str]]:
+    """Keep the flat spectrum only if it is told from none, and held-out cycles are the better for it.
+
+    Returns the fit that is kept, its held-out cycles, and why the spectrum was left out, if it was.
+    """
+    validate = cross_validate if how.hold_out else _not_validated
+    at = problem.frame.place(SPECTRUM)
+    if not solution.free[at]:
+        return solution, validate(solution), {}
+    b = float(solution.vector[at])
+    place = int(np.count_nonzero(solution.free[:at]))
+    sigma = float(np.sqrt(solution.covariance[place, place]))
+    found = f"b = {b:.2g} ± {COVERAGE * sigma:.1g} per decade"
+    start = np.where(solution.free, solution.vector, vector)
+    if b < _TOLD_FROM_NONE * sigma:
+        plain = _fit(problem, start, (*how.without, SPECTRUM))
+        return plain, validate(plain), {SPECTRUM: f"{found} is not told from none"}
+    rich = validate(solution)
+    if not rich.count:
+        return solution, rich, {}
+    plain = _fit(problem, start, (*how.without, SPECTRUM))
+    poor = validate(plain, solution)
+    samples = rich.count / max(solution.correlation, plain.correlation)
+    gain = 0.5 * samples * math.log(poor.square / rich.square)
+    if gain >= _LEAST_GAIN:
+        return solution, rich, {}
+    return plain, poor, {SPECTRUM: f"cycles held out are foretold no better with {found} than with none"}
 
 
-def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettings) -> Identification:
+def _not_validated(_: Solution, __: Solution | None = None) -> HeldOut:
+    return HeldOut()
+
+
+def _result(
+    solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettings, why: dict[str, str]
+) -> Identification:
     problem, vector = solution.problem, solution.vector
     answers = problem.answers(vector)
     facts = facts_of(problem, answers)
-    unknown = tuple(
-        Unknown(
-            law.name,
-            "it was left out on request" if law.name in how.without else reason(law.name, facts),
-            law.to_value(float(vector[problem.frame.place(law.name)])),
-            law.unit,
-            law.name in how.without,
-        )
-        for law in LAWS
-        if not solution.free[problem.frame.place(law.name)]
-    )
+    untold = without_contrast(facts)
+    unknown = _unknowns(solution, facts, how, why, untold)
     coldest, warmest = facts.temperature_C
     valid_C = (math.floor(10.0 * coldest) / 10.0, math.ceil(10.0 * warmest) / 10.0)
     longer = _continued(solution, how)
@@ -289,13 +296,31 @@ def _result(solution: Solution, held_out: tuple[CycleCheck, ...], how: FitSettin
             "no run states the specimen's full stroke (max_stroke_mm): the curves end at "
             f"{curves.end_mm:.4g} mm, where the runs end, and the stop stands there"
         )
-    found = estimates(solution)
+    found = estimates(solution, untold)
     notes += [
         f"{e.name} lies at the end of what was allowed ({abs(round(e.value, 9)):.4g} {e.unit})"
         for e in found
         if e.at_bound and e.identified
     ]
     return Identification(model, solution, tuple(found), unknown, facts, checks, held_out, tuple(notes))
+
+
+def _unknowns(
+    solution: Solution, facts: CoverageFacts, how: FitSettings, why: dict[str, str], untold: set[str]
+) -> tuple[Unknown, ...]:
+    """Return what the runs do not tell: parameters left out of the fit, or fitted along without contrast."""
+    frame = solution.problem.frame
+    found = []
+    for law in LAWS:
+        at = frame.place(law.name)
+        fitted = bool(solution.free[at])
+        if fitted and law.name not in untold:
+            continue
+        asked = law.name in how.without
+        told = "it was left out on request" if asked else why.get(law.name) or reason(law.name, facts)
+        value = law.to_value(float(solution.vector[at]))
+        found.append(Unknown(law.name, told, value, law.unit, asked, fitted))
+    return tuple(found)
 
 
 def _continued(solution: Solution, how: FitSettings) -> Continued | None:

@@ -7,14 +7,16 @@ costs no more than a few cumulative sums. Same laws and figures as
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from bufferstand.model.simulation import band_history, lag_history
-from bufferstand.model.spring import SpringModel
+from bufferstand.model.spring import SPECTRUM_TAU_S, SpringModel, ViscousBranch
 from bufferstand.model.tables import BandTables
 
 Floats = NDArray[np.float64]
@@ -22,6 +24,8 @@ Floats = NDArray[np.float64]
 _BLOCK = 30.0
 _TOLERANCE_K = 1e-8
 _MOST_ROUNDS = 40
+_FINER = 8
+"""Parts of a step between two nodes in which fast viscous branches follow the stroke."""
 
 
 def relax(time_s: Floats, tau_s: float, first: float, added: Floats) -> Floats:
@@ -114,21 +118,77 @@ def _log_mean(values: Floats) -> Floats:
     return 0.5 * total * ratio / np.arctanh(ratio)
 
 
+def spectrum_lags(
+    time_s: Floats,
+    x_mm: Floats,
+    half: NDArray[np.intp] | None = None,
+    times_s: Sequence[float] = SPECTRUM_TAU_S,
+) -> Floats:
+    """Return the lags [mm] of branches from rest, (branches, n): the flat spectrum's, or of ``times_s``.
+
+    Nodes lie further apart than these branches take to relax. With ``half``, the number of the half stroke of
+    each node, the stroke between them is a monotone cubic instead of a straight line.
+    """
+    if half is None or time_s.size < 3:
+        return np.array([lag_history(time_s, x_mm, tau_s) for tau_s in times_s])
+    fine_s, fine_mm = _between_nodes(time_s, x_mm, half)
+    return np.array([lag_history(fine_s, fine_mm, tau_s)[::_FINER] for tau_s in times_s])
+
+
+def _between_nodes(time_s: Floats, x_mm: Floats, half: NDArray[np.intp]) -> tuple[Floats, Floats]:
+    """Return times and strokes of the nodes and of points between them, each half stroke by itself."""
+    inside = np.arange(_FINER) / _FINER
+    fine_s = np.append((time_s[:-1, None] + np.diff(time_s)[:, None] * inside).ravel(), time_s[-1])
+    fine_mm = np.append((x_mm[:-1, None] + np.diff(x_mm)[:, None] * inside).ravel(), x_mm[-1])
+    starts = np.flatnonzero(np.diff(half, prepend=half[0] - 1))
+    for first, last in zip(starts.tolist(), [*starts[1:].tolist(), time_s.size - 1], strict=True):
+        if last - first >= 2:
+            part = slice(first * _FINER, last * _FINER + 1)
+            nodes = slice(first, last + 1)
+            fine_mm[part] = PchipInterpolator(time_s[nodes], x_mm[nodes])(fine_s[part])
+    return fine_s, fine_mm
+
+
 @dataclass(frozen=True, eq=False)
 class LagStage:
-    """The viscous branch before beta: lag and inner curve, shape (n,)."""
+    """The viscous branches before their shares, shape (branches, n): the own one, then the spectrum's.
+
+    The lags follow from the stroke alone; ``inner`` is the middle curve at the inner strokes.
+    """
 
     lag: Floats
     inner: Floats
     inner_x: Floats
 
     @classmethod
-    def of(cls, band: BandStage, time_s: Floats, tau_s: float, first_mm: float = 0.0) -> LagStage:
-        """Follow the inner stroke of one relaxation time from its first value."""
-        lag = lag_history(time_s, band.x, tau_s, float(band.x[0]) - first_mm)
+    def of(
+        cls,
+        band: BandStage,
+        time_s: Floats,
+        viscous: ViscousBranch,
+        first_mm: float = 0.0,
+        half: NDArray[np.intp] | None = None,
+    ) -> LagStage:
+        """Follow the inner strokes of a model's branches; the own one's begins at ``first_mm``.
+
+        The spectrum is left out where the model has none; ``half`` as for :func:`spectrum_lags`.
+        """
+        own = lag_history(time_s, band.x, viscous.tau_s, float(band.x[0]) - first_mm)
+        fast = spectrum_lags(time_s, band.x, half) if viscous.spectrum_per_decade > 0.0 else None
+        return cls.looked_up(band, own, fast)
+
+    @classmethod
+    def looked_up(cls, band: BandStage, own_mm: Floats, spectrum_mm: Floats | None) -> LagStage:
+        """Return the stage of lags that are known: (n,) of the own branch, (branches, n) of the spectrum."""
+        lag = own_mm[None] if spectrum_mm is None else np.concatenate([own_mm[None], spectrum_mm])
         inner_x = np.clip(band.x - lag, 0.0, band.tables.end_mm)
         cells = band.tables.cells_of(inner_x)
         return cls(lag, band.tables.at(band.tables.middle, cells), inner_x)
+
+    def shares(self, viscous: ViscousBranch) -> Floats:
+        """Return the share of each branch, shape (branches, 1)."""
+        shares = [viscous.beta, *[viscous.spectrum_share] * (len(self.lag) - 1)]
+        return np.array(shares)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +217,7 @@ def answer(
     Parameters
     ----------
     model : SpringModel
-        Its thermal law, heat balance and viscous share; curves enter by the stages.
+        Its thermal law, heat balance and viscous shares; curves enter by the stages.
     time_s : array, shape (n,)
     band, lag : BandStage, LagStage
         Of the same nodes.
@@ -182,7 +242,7 @@ def answer(
         1.0 - law.loss_sensitivity_per_K * (T - law.reference_C), 0.0, band.tables.width_scale_max
     )
     force = s * (band.loading - (1.0 - band.band) * width)
-    force += model.viscous.beta * (s * band.middle - s_inner * lag.inner)
+    force += np.sum(lag.shares(model.viscous) * (s * band.middle - s_inner * lag.inner), axis=0)
     force = np.where(band.stroke > 0.0, np.maximum(force, 0.0), 0.0)
     force += model.curves.stop_stiffness_kN_per_mm * np.maximum(band.stroke - band.x, 0.0)
     place = ambient_C + model.heat.sensor_gain * (T - ambient_C)
@@ -206,7 +266,7 @@ def _temperatures(
 
     Each round is eq. (7) in one cumulative sum; the error falls like (c_ts ΔT)^n / n!.
     """
-    law, node, beta = model.temperature, model.heat, model.viscous.beta
+    law, node = model.temperature, model.heat
     depth, inner_depth = depths
     start_C, ambient_C = ends_C
     mean_depth = 0.5 * (depth[1:] + depth[:-1])
@@ -217,8 +277,9 @@ def _temperatures(
     else:
         plain = band.released - np.diff(band.free_energy)
         soften = mean_depth * band.released - np.diff(depth * band.free_energy)
-    lags = 0.5 * beta * (lag.lag[1:] + lag.lag[:-1])
-    viscous, viscous_soften = lags * np.diff(lag.inner), lags * np.diff(inner_depth * lag.inner)
+    lags = 0.5 * lag.shares(model.viscous) * (lag.lag[:, 1:] + lag.lag[:, :-1])
+    viscous = np.sum(lags * np.diff(lag.inner), axis=0)
+    viscous_soften = np.sum(lags * np.diff(inner_depth * lag.inner), axis=0)
     dt = np.diff(time_s)
     tau = node.capacity_J_per_K / node.loss_W_per_K if node.loss_W_per_K > 0.0 else np.inf
     ratio = dt / tau

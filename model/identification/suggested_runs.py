@@ -8,7 +8,7 @@ from bufferstand.model.identification.procedure import Identification, Unknown
 
 _TEMPERATURE = ("sensitivity_per_K", "depth_mm", "loss_sensitivity_per_K")
 _HEAT = ("capacity_J_per_K", "loss_W_per_K", "sensor_lag_s")
-_RATE = ("beta", "tau_s")
+_RATE = ("beta", "tau_s", "spectrum_per_decade")
 
 
 def needed(found: Identification) -> tuple[Unknown, ...]:
@@ -22,7 +22,7 @@ def missing_runs(found: Identification, *, stand: str, specimen: str) -> str:
     Slow strokes and inner loops for the curves and their transition; the same again when the spring is
     warm for c_ts, alpha and c_eta; heating, and short runs while it cools, for C, lambda and
     the sensor's lag;
-    constant amplitude at many rates in random order for beta and tau.
+    constant amplitude at many rates in random order for beta, tau and the spectrum.
 
     Parameters
     ----------

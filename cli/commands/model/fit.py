@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn, write_json
 from bufferstand.foundation import BadInput, ExitStatus, program
 from bufferstand.foundation.files import write_text
 from bufferstand.model.identification import NAMES
+
+if TYPE_CHECKING:
+    from bufferstand.model.identification import Identification
 
 
 @click.command("fit", epilog="Example:  bufferstand model fit campaign/runs --out spring.toml")
@@ -71,6 +75,13 @@ from bufferstand.model.identification import NAMES
     type=FiniteRange(min=1e-6, max=1e6),
     help="Of the stop beyond the full stroke (default 500, which is assumed).",
 )
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE|-",
+    help="Write parameters, intervals (null where the runs do not tell one, and why) and cycles as JSON; "
+    "- is standard output.",
+)
 @click.option("--no-validation", is_flag=True, help="Leave out the fit without every fifth cycle.")
 def command(
     *,
@@ -86,6 +97,7 @@ def command(
     without: tuple[str, ...],
     in_a_row: bool,
     stop_kN_per_mm: float | None,
+    json_file: str | None,
     no_validation: bool,
 ) -> int:
     """Identify a spring model from recorded static and harmonic runs of one specimen.
@@ -96,13 +108,14 @@ def command(
     """
     from bufferstand.cli.model import (
         beyond_the_runs,
+        document_of,
         read_runs,
         settings_of,
         show_identification,
         sittings,
     )
     from bufferstand.model import save_model
-    from bufferstand.model.identification import identify, missing_runs, needed
+    from bufferstand.model.identification import identify
 
     if out.suffix.lower() != ".toml":
         raise BadInput("a model file ends with .toml", file="--out", remedy=f"write {out.stem}.toml")
@@ -120,24 +133,39 @@ def command(
         ),
     )
     save_model(found.model, out)
-    show_identification(found)
-    click.echo(f"written: {out}")
+    if json_file is not None:
+        write_json(document_of(found), json_file)
+    if json_file == "-":
+        for note in found.notes:
+            warn(note)
+    else:
+        show_identification(found)
+        click.echo(f"written: {out}")
     if missing is not None:
-        if not needed(found):
-            click.echo("no campaign written: these runs tell every parameter")
-        else:
-            write_text(
-                missing,
-                missing_runs(
-                    found,
-                    stand=_seen_from(missing, stand, "stand.toml"),
-                    specimen=_seen_from(missing, specimen, "specimen.toml"),
-                ),
-            )
-            click.echo(f"written: {missing} (see it with: {program()} plan {missing})")
-            if stand is None or specimen is None:
-                warn("the campaign names stand.toml and specimen.toml beside it, unless given as options")
+        _write_missing(found, missing, stand, specimen, err=json_file == "-")
     return ExitStatus.DONE
+
+
+def _write_missing(
+    found: Identification, missing: Path, stand: Path | None, specimen: Path | None, *, err: bool
+) -> None:
+    """Write the campaign of the runs that would tell the rest, if there are any; say so."""
+    from bufferstand.model.identification import missing_runs, needed
+
+    if not needed(found):
+        click.echo("no campaign written: these runs tell every parameter", err=err)
+        return
+    write_text(
+        missing,
+        missing_runs(
+            found,
+            stand=_seen_from(missing, stand, "stand.toml"),
+            specimen=_seen_from(missing, specimen, "specimen.toml"),
+        ),
+    )
+    click.echo(f"written: {missing} (see it with: {program()} plan {missing})", err=err)
+    if stand is None or specimen is None:
+        warn("the campaign names stand.toml and specimen.toml beside it, unless given as options")
 
 
 def _seen_from(campaign: Path, file: Path | None, default: str) -> str:

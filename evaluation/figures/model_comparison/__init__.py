@@ -16,18 +16,30 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.figures.model_comparison.paper_figures import (
         PaperComparison,
-        PaperRow,
+        PaperFigure,
         compare_with_paper,
+    )
+    from bufferstand.evaluation.figures.model_comparison.paper_measured import (
+        MeasuredComparison,
+        MeasuredRow,
+        compare_measured,
+    )
+    from bufferstand.evaluation.figures.model_comparison.paper_rows import (
+        PaperRow,
     )
 
 __all__ = [
     "AT_CONTACT_MM",
     "KINDS",
+    "MeasuredComparison",
+    "MeasuredRow",
     "PaperComparison",
+    "PaperFigure",
     "PaperRow",
     "RunCheck",
     "answer_to",
     "check_run",
+    "compare_measured",
     "compare_with_paper",
     "drive_of",
     "start_temperature_C",

@@ -114,7 +114,7 @@ def answer_to(
     """
     start = start_temperature_C(drive) if start_C is None else start_C
     band = BandStage.of(model.tables, drive.stroke_mm)
-    lag = LagStage.of(band, drive.time_s, model.viscous.tau_s)
+    lag = LagStage.of(band, drive.time_s, model.viscous, half=drive.half)
     return answer(
         model,
         drive.time_s,

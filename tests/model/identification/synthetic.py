@@ -28,8 +28,8 @@ SENSOR_COUNT_C = 0.0625
 KNOTS_mm = (0.0, 16.0, 32.0, 48.0, 64.0, 80.0, 96.0)
 
 
-def truth() -> SpringModel:
-    """A buffer like the shipped one, with every effect in it, on seven knots."""
+def truth(per_decade: float = 0.0) -> SpringModel:
+    """A buffer like the shipped one, with every effect in it, on seven knots; the spectrum if it is given."""
     x = np.array(KNOTS_mm)
     loading = 15.0 + 2.0 * x + (600.0 - 15.0 - 192.0) / 96.0**4 * x**4
     unloading = loading * (1.0 - 0.17 - 0.45 * (x / 100.0) ** 1.06)
@@ -46,7 +46,7 @@ def truth() -> SpringModel:
             reference_C=25.0, sensitivity_per_K=0.009, depth_mm=17.0, loss_sensitivity_per_K=0.0016
         ),
         heat=HeatBalance(capacity_J_per_K=9000.0, loss_W_per_K=12.0, sensor_lag_s=20.0),
-        viscous=ViscousBranch(beta=0.045, tau_s=8.0),
+        viscous=ViscousBranch(0.045, 8.0, per_decade),
     )
 
 
@@ -108,9 +108,9 @@ def simulated(model, parts, start_C, ambient_C):
 
 
 @cache
-def campaign():
-    """The whole campaign: (pieces, ambient temperature) of each experiment."""
-    model, rate = truth(), RATE_Hz * FINER
+def campaign(per_decade: float = 0.0):
+    """The whole campaign: (pieces, start temperature) of each experiment."""
+    model, rate = truth(per_decade), RATE_Hz * FINER
     plan = [
         (12.0, [static(95.0, 5.0, rate), 20.0, static(70.0, 20.0, rate), 20.0,
                 harmonic(50.0, 10.0, 0.8, 4, rate), 20.0, harmonic(20.0, 8.0, 0.8, 4, rate)]),
@@ -175,6 +175,7 @@ def true_values(model: SpringModel) -> dict[str, float]:
         "sensor_lag_s": model.heat.sensor_lag_s,
         "beta": model.viscous.beta,
         "tau_s": model.viscous.tau_s,
+        "spectrum_per_decade": model.viscous.spectrum_per_decade,
     }
     curves = {"loading": model.curves.loading_kN, "unloading": model.curves.unloading_kN}
     for name, forces in curves.items():

@@ -83,7 +83,7 @@ def test_the_answer_is_that_of_the_simulation(make):
     t, x = time[kept], stroke[kept]
     band = BandStage.of(model.tables, x)
     given = answer(
-        model, t, band, LagStage.of(band, t, model.viscous.tau_s),
+        model, t, band, LagStage.of(band, t, model.viscous),
         start_C=22.0, sensor_start_C=22.0, ambient_C=18.0,
     )  # fmt: skip
     assert whole.temperature_C.max() > 26.0

@@ -97,6 +97,31 @@ def test_says_plainly_what_the_runs_do_not_tell(cool_runs):
     assert cool_runs.model.temperature.sensitivity_per_K == 0.0
 
 
+def test_what_runs_do_not_tell_has_no_interval(cool_runs):
+    """Prior against posterior: a figure that rests on the form of the model alone is none of these runs."""
+    for estimate in cool_runs.estimates:
+        assert (estimate.low is None) == (estimate.high is None) == (not estimate.identified)
+        if estimate.identified and estimate.of_prior is not None:
+            assert 0.0 < estimate.of_prior < 0.5
+            assert estimate.low <= estimate.value <= estimate.high
+
+
+def test_equal_slow_strokes_tell_neither_transition_nor_temperature_nor_rate():
+    """Issue 22: three slow strokes to one end fit with any L, and warm by what a drift could feign."""
+    parts = [part for _ in range(3) for part in (static(90.0, 20.0, FINE_Hz), 5.0)]
+    made = identify(
+        measured(4, [simulated(truth(), parts, 24.0, 24.0)[0]]), FitSettings(knots=6, hold_out=False)
+    )
+    intervals = {e.name: e.low for e in made.estimates}
+    why = {unknown.name: unknown for unknown in made.unknown}
+    for name in ("transition_length_mm", "sensitivity_per_K", "beta", "tau_s", "spectrum_per_decade"):
+        assert intervals[name] is None
+        assert why[name].why
+    assert "0 half strokes lie inside the curves" in why["transition_length_mm"].why
+    assert why["transition_length_mm"].fitted
+    assert all(e.low is not None for e in made.estimates if e.name.startswith("loading"))
+
+
 def test_the_missing_runs_are_a_campaign_that_is_understood(cool_runs, tmp_path: Path):
     file = tmp_path / "missing.toml"
     file.write_text(missing_runs(cool_runs, stand="stand.toml", specimen='a "b".toml'), encoding="utf-8")
