@@ -144,6 +144,8 @@ def served(folder: Path, changes: dict[str, str] | None) -> Iterator[Bench]:
     path = stand_with(folder, wires=4, further=True) if changes is None else write_stand(folder, changes)
     stand = load_stand(path)
     speed = RTU_SPEED if stand.controller.serial else TCP_SPEED
+    if stand.controller.kind != "registers":
+        speed = RTU_SPEED
     if stand.profile().window is None:
         speed = min(speed, POLLED_SPEED)
     clock = WallClock(speed)
@@ -193,10 +195,27 @@ def real(path: Path, given: str | None, say: Say) -> Iterator[Bench]:
 
 
 RING_TO_POLLING = {'profile = "ring"': 'profile = "polling"'}
+RMC = {
+    'profile = "ring"': 'kind = "rmc"',
+    "watchdog_s = 2.0\n": """watchdog_s = 2.0
+
+[controller.rmc]
+model = "rmc150"
+axis = 0
+plot = 7
+word_order = "little"
+variables = 100
+force = "%MD9.8"
+clear_mm = -5.0
+acceleration_mm_per_s2 = 5000.0
+change = { amplitude = 0, offset = 2, ramp_cycles = 2 }
+""",
+}
 SERVED: dict[str, dict[str, str] | None] = {
     "TCP": {},
     "four wires and more over TCP": None,
     "RTU": {TCP: RTU},
     "polled over TCP": RING_TO_POLLING,
+    "RMC over TCP": RMC,
     "polled over RTU": {TCP: RTU, **RING_TO_POLLING},
 }

@@ -28,6 +28,7 @@ SPEED = 20.0
         "four wires and more over TCP",
         "RTU",
         "polled over TCP",
+        "RMC over TCP",
         pytest.param("polled over RTU", marks=pytest.mark.long),
         pytest.param("hardware", marks=pytest.mark.hardware),
     ],
