@@ -58,8 +58,8 @@ class LabJack:
         test = reg.number_of(self.link.read(reg.TEST, 2, "test value"))
         if test != reg.TEST_VALUE:
             raise DeviceFault(
-                f"{self._where}: its test register reads 0x{test:08X} instead of 0x{reg.TEST_VALUE:08X}; is it "
-                "a LabJack, and nothing between that swaps words?"
+                f"{self._where}: its test register reads 0x{test:08X} instead of 0x{reg.TEST_VALUE:08X}; is "
+                "it a LabJack, and nothing between that swaps words?"
             )
         product = round(self._real(reg.PRODUCT_ID, "product id"))
         if f"T{product}" != self._settings.model:

@@ -234,7 +234,7 @@ class LabJackDriver:
             self._fault(f"{name}: {packet.additional} scans were skipped while its buffer was full")
         elif status == pk.OVERLAP:
             self._fault(
-                f"{name}: a scan began before the one before had ended (status {status}): its stamps cannot be "
+                f"{name}: a scan began before the last one had ended (status {status}): its stamps cannot be "
                 "relied on; write a smaller rate_Hz, settling_us or resolution_index"
             )
         elif status in pk.ENDS or status not in (0, pk.RECOVERING):

@@ -30,7 +30,7 @@ TARGET_PACKETS, TARGET_REQUESTS = 1, 16
 FIO0 = 2000
 """FIO0 to FIO7, EIO0 to EIO7, CIO0 to CIO3, MIO0 to MIO2 follow each other, a register (UINT16) each."""
 TICKS_PER_S = {7: 40e6}
-"""CORE_TIMER runs at half the core's speed; the constants name a core of 80 MHz for the T7, none for the T8."""
+"""CORE_TIMER runs at half the core's speed; the constants name 80 MHz for the T7, none for the T8."""
 
 _LINES = {"FIO": 0, "EIO": 8, "CIO": 16, "MIO": 20}
 _COUNT = {"FIO": 8, "EIO": 8, "CIO": 4, "MIO": 3}

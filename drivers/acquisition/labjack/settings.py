@@ -112,7 +112,7 @@ class LabJackSettings(AcquisitionSettings):
             )
         if self.model == "T7" and self.resolution_index > 8:
             raise WrongKeyError(
-                f"resolution_index = {self.resolution_index}: a stream of a T7 has 0 to 8; write one of these",
+                f"resolution_index = {self.resolution_index}: a stream of a T7 has 0 to 8; write one of them",
                 "resolution_index",
             )
         size = self.buffer_bytes
