@@ -404,12 +404,9 @@ class RmcLink(ModbusLink):
         if not self._uploading:
             self._plot.begin()
             self._uploading = True
+        if self._block is None or self._asked != acknowledged:  # else it is asked for once more
+            self._block, self._asked = self._plot.read(), acknowledged
         block = self._block
-        if block is None or block.first % _WHOLE != acknowledged or block.lost:
-            asked_again = block is not None and block.first % _WHOLE == acknowledged
-            if not asked_again or self._asked != acknowledged:
-                block = self._block = self._plot.read()
-        self._asked = acknowledged
         header = {
             "first_sequence": (self._plot.next if block is None else block.first) % _WHOLE,
             "count": 0 if block is None else len(block.rows),
@@ -433,7 +430,7 @@ class RmcLink(ModbusLink):
 
 
 class _Block:
-    """The status block of Sine Start among the program's variables."""
+    """The status block of Sine Start, and the turn, among the program's variables."""
 
     def __init__(self, link: RmcLink) -> None:
         self._link = link
@@ -450,3 +447,12 @@ class _Block:
     def cycles(self) -> float:
         """Get how many cycles are done."""
         return self._link.variable("cycle")
+
+    def set_turn(self, force_kN: float, speed_mm_per_s: float) -> None:
+        """Write where a static stroke turns back by itself; the speed first."""
+        self._link.set_variable("turn_speed", speed_mm_per_s)
+        self._link.set_variable("turn_force", force_kN)
+
+    def has_turned(self) -> bool:
+        """Whether the watchdog program has turned since."""
+        return self._link.variable("turn_force") == 0.0

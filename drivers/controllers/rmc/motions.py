@@ -45,7 +45,7 @@ class MotionBounds:
 
 
 class SineBlock(Protocol):
-    """The status block of Sine Start, in the controller's variables."""
+    """What the controller's variables have to do with a motion: the status block of Sine Start, the turn."""
 
     @property
     def number(self) -> int:
@@ -58,6 +58,14 @@ class SineBlock(Protocol):
 
     def cycles(self) -> float:
         """Get how many cycles are done; ``NOT_BEGUN`` before the first."""
+        ...
+
+    def set_turn(self, force_kN: float, speed_mm_per_s: float) -> None:
+        """Write where a static stroke turns back by itself, and how fast; at 0 kN nowhere."""
+        ...
+
+    def has_turned(self) -> bool:
+        """Whether the watchdog program has turned since."""
         ...
 
 
@@ -162,7 +170,8 @@ class MotionPort:
             return False
         if code == HARMONIC:
             return abs(status.target_mm - values["mean"]) <= AT_MEAN_mm
-        return code == RAMP or abs(status.target_mm) <= AT_ZERO_mm
+        clear_mm = self._bounds.clear_mm  # where a release has left it
+        return code == RAMP or clear_mm - AT_ZERO_mm <= status.target_mm <= AT_ZERO_mm
 
     def _in_range(self, code: int, values: Mapping[str, float]) -> bool:
         more, bounds = 1.0 + FLOAT32_SLACK, self._bounds
@@ -191,6 +200,8 @@ class MotionPort:
 
     def _begin(self, motion: Motion, status: AxisStatus) -> bool:
         """Send a motion's first command; return whether it was seen to be taken."""
+        if self.motion is not None and self.motion.code == STATIC:
+            self._block.set_turn(0.0, 0.0)
         self._finish(EndReason.COMMANDED)
         values, self.cycles_done = motion.values, 0
         if motion.code == HOLD:
@@ -203,8 +214,8 @@ class MotionPort:
             motion.leg = "to the mean"
             taken = self._move(values["mean"], min(10.0, self._bounds.speed_max_mm_per_s))
         elif motion.code == STATIC:
-            motion.leg = "out"
-            taken = self._move(values["turning_stroke"], values["speed"])
+            motion.leg = "to zero"
+            taken = self._move(0.0, values["speed"])
         else:
             motion.leg = "move"
             target_mm = values["target"] if motion.code == RAMP else self._bounds.clear_mm
@@ -280,14 +291,18 @@ class MotionPort:
                 self._finish(EndReason.REACHED)
 
     def _turn(self, motion: Motion, status: AxisStatus) -> None:
-        """Turn a static cycle where force or stroke is reached: as soon as that is read."""
+        """Take a static cycle on: the program turns it at the force, this here at the stroke."""
         values, now_s = motion.values, self._now_s()
-        if motion.leg == "out":
-            by_force = status.force_kN >= values["turning_force"]
+        if motion.leg == "to zero" and status.done:
+            self._out(motion)
+        elif motion.leg == "out":
+            by_force = self._block.has_turned()
+            if not by_force and status.done:  # at the turning stroke
+                self._block.set_turn(0.0, values["speed"])
+                self._move(0.0, values["speed"])
             if by_force or status.done:
                 motion.end = EndReason.FORCE_LIMIT if by_force else EndReason.REACHED
                 motion.leg = "back"
-                self._move(0.0, values["speed"])
         elif motion.leg == "back" and status.done:
             motion.cycles_done += 1
             self.cycles_done = motion.cycles_done
@@ -296,8 +311,13 @@ class MotionPort:
             else:
                 motion.leg, motion.since_s = "pause", now_s
         elif motion.leg == "pause" and now_s - motion.since_s >= values["static_pause"]:
-            motion.leg = "out"
-            self._move(values["turning_stroke"], values["speed"])
+            self._out(motion)
+
+    def _out(self, motion: Motion) -> None:
+        """Begin a static stroke: the watchdog program turns it at the force, within one of its loops."""
+        values, motion.leg = motion.values, "out"
+        self._block.set_turn(values["turning_force"], values["speed"])
+        self._move(values["turning_stroke"], values["speed"])
 
     def _finish(self, why: EndReason) -> None:
         if self.motion is not None:

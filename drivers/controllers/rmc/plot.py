@@ -101,7 +101,8 @@ class PlotUpload:
         self._base = 0  # sequence number of the RMC's index 0
         self._rate_Hz = 0.0
         self._earliest_s = math.inf
-        self._overran = False
+        self._anchored = self._overran = False
+        self._restarts = 0
         self.next = 0
         """Sequence number of the sample that is due."""
         self.overruns = 0
@@ -130,7 +131,7 @@ class PlotUpload:
         """Set the upload to continuous, from the plot's present start on."""
         self._registers.set_whole(self._upload.plus(REQUESTED), self._samples, "samples a read")
         self._registers.set_whole(self._upload, CONTINUOUS, "the mode of the plot's upload")
-        self._plot_id = None
+        self._plot_id, self._anchored = None, False
 
     def clock_us(self) -> int:
         """Return the plot's clock about now [µs], never behind what a look at the axis has shown.
@@ -178,8 +179,8 @@ class PlotUpload:
                     f"plot {self._upload} gives {given} samples, {self._samples} were asked for"
                 )
             ahead = (index - (self.next - self._base) + _HALF) % _WHOLE - _HALF
-            if ahead == 0 or self._overran:
-                return self._taken(data, 0)
+            if ahead == 0 or not self._anchored:
+                return self._taken(data, 0, index)
             due = (self.next - self._base) % _WHOLE
             self._note(f"plot {self._upload} answers from sample {index}, {due} is due; asked for again")
             self._registers.set_whole(self._upload.plus(INDEX), due, "the plot's current index")
@@ -187,7 +188,7 @@ class PlotUpload:
             raise DeviceFault(
                 f"plot {self._upload} answers from sample {index}, before {due} which was asked for twice"
             )
-        return self._taken(data, ahead)  # it does not go back: what lies between is lost
+        return self._taken(data, ahead, index)  # it does not go back: what lies between is lost
 
     def _once(self) -> tuple[int, int, int, int, int, NDArray[np.float32]]:
         raw = self._registers.raw(self._upload, HEAD + self._samples * self._sets, "the plot's samples")
@@ -195,23 +196,29 @@ class PlotUpload:
         data = np.frombuffer(raw[4 * HEAD :], dtype=">f4").astype(np.float32)
         return *head, data
 
-    def _taken(self, data: NDArray[np.float32], lost: int) -> PlotBlock:
+    def _taken(self, data: NDArray[np.float32], lost: int, index: int) -> PlotBlock:
         now_s = self._now_s()
         if self._overran:
             last = math.floor((now_s - self._earliest_s) * self._rate_Hz)
             lost = max(1, last - self._samples + 1 - self.next)
-            self._base, self._overran = self.next + lost, False
+            self._overran = False
             self._note(
                 f"plot {self._upload} overran: about {lost} samples are lost, counted by the computer's clock"
             )
         if lost:
             self.overruns += 1
         first = self.next + lost
+        if not self._anchored:  # wherever its index begins: the pages say zero
+            self._base, self._anchored, self._restarts = first - index, True, 0
         self.next = first + self._samples
         self._earliest_s = min(self._earliest_s, now_s - (self.next - 1) / self._rate_Hz)
         return PlotBlock(first, data.reshape(self._sets, self._samples).T, lost)
 
     def _restart(self) -> None:
-        """Recover from an overrun as the manual says: index 0."""
-        self._registers.set_whole(self._upload.plus(INDEX), 0, "the plot's current index")
-        self._overran = self.has_begun
+        """Recover from an overrun as the manual says (p. 189): index 0; where that does not help, by the mode."""
+        self._restarts += 1
+        if self._restarts % 2:
+            self._registers.set_whole(self._upload.plus(INDEX), 0, "the plot's current index")
+        else:
+            self._registers.set_whole(self._upload, CONTINUOUS, "the mode of the plot's upload")
+        self._overran, self._anchored = self.has_begun, False

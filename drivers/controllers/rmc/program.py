@@ -26,6 +26,8 @@ NAMES = (
     "sequence",
     "simulated",
     "number",
+    "turn_force",
+    "turn_speed",
     "cycle",
     "cycle_fraction",
     "angle",

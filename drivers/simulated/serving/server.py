@@ -344,6 +344,8 @@ class StandServer:
         due_s = loop.time()
         while not stop.is_set():
             left = self.catch_up()
+            if isinstance(self._bank, RmcBank):
+                self._bank.run_program()
             if loop.time() >= due_s:
                 due_s = loop.time() + SLOW_WIRES_S
                 self._serve_slow_wires()

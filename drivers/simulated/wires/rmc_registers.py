@@ -117,11 +117,19 @@ class RmcBank:
                 remedy="take a fault of the wire or of a channel",
             )
 
+    def run_program(self) -> None:
+        """Do what the watchdog program does at each of its loops besides what the machine does by itself."""
+        turn_kN, device = self._variables["turn_force"], self._device
+        if turn_kN > 0.0 and device.controller.valve_on and device.measured_force_kN >= turn_kN:
+            self._variables["turn_force"] = 0.0
+            self._command((AxisCommand.MOVE, 0.0, self._variables["turn_speed"]))
+
     # --- reading ------------------------------------------------------------------------------------
 
     def read_packed(self, address: int, count: int, table: Table = "holding") -> bytes:
         """Return registers as they are on the wire."""
         del table
+        self.run_program()
         first, skipped = divmod(address, 2)
         elements = (skipped + count + 1) // 2
         file, element = divmod(first, 256)

@@ -22,6 +22,8 @@ from bufferstand.foundation.motions import Release
 from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 from tests.many_channels import stand_with
+from tests.peers.delta_rmc import SpecimenFacts
+from tests.peers.rmc_stand import rmc_stand
 
 BOUNDS = Bounds()
 """What the suite orders on whatever it runs; a few orders that a real stand never sees go beyond."""
@@ -156,6 +158,19 @@ def served(folder: Path, changes: dict[str, str] | None) -> Iterator[Bench]:
             wired = with_endpoints(stand, process.served.endpoints())
             second = None if stand.controller.serial else partial(_second, wired, clock)
             yield Bench("served", controller, clock, polled=stand.profile().window is None, second=second)
+        finally:
+            controller.close()
+
+
+@contextmanager
+def of_another_author(folder: Path) -> Iterator[Bench]:
+    """An RMC that was written from the manual by somebody who had not seen the driver."""
+    with rmc_stand(folder, specimen=SpecimenFacts(k1_kN_per_mm=2.5)) as peer:
+        stand, clock = load_stand(peer.path), WallClock()
+        controller = build_controller(stand, clock)
+        try:
+            controller.connect()
+            yield Bench("another author's", controller, clock, second=partial(_second, stand, clock))
         finally:
             controller.close()
 

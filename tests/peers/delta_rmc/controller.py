@@ -14,6 +14,7 @@ from tests.peers.delta_rmc.specimen import Specimen, SpecimenFacts
 from tests.peers.delta_rmc.targets import RefusedError
 from tests.peers.delta_rmc.unsaid import Unsaid
 
+CONTROLLER_INFO = 7
 PARAMETERS = 10
 """Registers of an axis in the command area: command and nine parameters (help “RMC Commands Overview”)."""
 QUANTITIES = ("position", "force", "target", "force_2")
@@ -88,6 +89,11 @@ class RmcController:
         self.truth: list[tuple[float, float, float]] = []
         self.log: list[tuple[float, int, tuple[float, ...]]] = []
         self._boot(self._axis_facts.start_mm)
+
+    @property
+    def _information(self) -> dict[int, int]:
+        """Product, state, CPU module and its revision (p. 1110, which shows the RMC150's)."""
+        return {0: 2, 1: 1, 2: 16, 3: 256} if self.model.name == "RMC150" else {}
 
     def _boot(self, start_mm: float) -> None:
         self.boots += 1
@@ -166,6 +172,8 @@ class RmcController:
             return self._variables[256 * (file - VARIABLES) + element]
         if AXIS_STATUS <= file < AXIS_STATUS + self.model.axes:
             return self._axis_register(file - AXIS_STATUS, element)
+        if file == CONTROLLER_INFO:
+            return _bits(float(self._information.get(element, 0)))
         if file == self.model.controller and element == 10:
             return _bits(self.time_s)  # _Time (p. 782)
         number = file - self.model.plot_status
@@ -188,6 +196,7 @@ class RmcController:
             9: self.axis.speed_mm_per_s,
             33: max(-10.0, min(10.0, self.axis.speed_mm_per_s / 80.0)),
             53: self.axis.target_mm,
+            56: self.axis.command_mm,  # Command Position (p. 899)
         }
         return _bits(values.get(element, 0.0))
 

@@ -66,6 +66,8 @@ class Plot:
         elif element == 2:
             self._next = self.index = value
             self.upload_status = 0
+            if value == 0:  # how to recover from an overrun (p. 189): it must not overrun at once again
+                self._restart()
 
     def read(self, room: int) -> tuple[list[int], list[float]]:
         """Give registers 0 to 4 and as many samples as were asked for, set by set.
