@@ -34,6 +34,7 @@ COMMANDS = {
     "stop": "Stop a running campaign: now, after the cycle, or after the step.",
     "note": "Add an operator's note to a campaign, before, during or after it.",
     "check": "Read every device of a stand once; say what is stale or out of range.",
+    "instruments": "List what can be connected: kinds of device, register maps, their sources.",
     "stand": "The stand by hand: readings, tare, zero, slow motions.",
     "calibration": "Take a channel's calibration from a digital certificate (DCC).",
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
@@ -53,7 +54,18 @@ COMMANDS = {
 
 SECTIONS = {
     "Start here": ("demo", "samples"),
-    "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
+    "Test": (
+        "plan",
+        "check",
+        "instruments",
+        "calibration",
+        "stand",
+        "run",
+        "resume",
+        "monitor",
+        "stop",
+        "note",
+    ),
     "Know what was measured": (
         "runs",
         "verify",
@@ -73,7 +85,7 @@ SECTIONS = {
 
 _GROUPS = {
     "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
-    "stand": ("check", "simulate-stand", "fault"),
+    "stand": ("check", "instruments", "simulate-stand", "fault"),
     "recordings": (
         "import",
         "evaluate",

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from bufferstand.drivers.connect_sensors import (
         build_sensors,
     )
+    from bufferstand.drivers.instrument_list import (
+        KnownInstrument,
+        known_instruments,
+        lab_program,
+    )
     from bufferstand.drivers.interfaces import (
         NO_REPLY,
         Controller,
@@ -35,6 +40,7 @@ __all__ = [
     "ControllerStatus",
     "EndReason",
     "Identity",
+    "KnownInstrument",
     "MotionState",
     "ReadingLimits",
     "SampleBlock",
@@ -44,6 +50,8 @@ __all__ = [
     "WriterSeen",
     "build_controller",
     "build_sensors",
+    "known_instruments",
+    "lab_program",
     "look_at_controller",
 ]
 

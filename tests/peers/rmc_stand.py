@@ -1,6 +1,6 @@
-"""A stand with the RMC of another author: the watchdog program in its loop, and the stand file of a laboratory.
+"""A stand with the RMC of another author: the watchdog program in its loop, and a laboratory's stand file.
 
-The program is that of ``drivers/controllers/rmc/watchdog_program.txt``, step by step, as RMCTools would run it.
+The program is that of ``drivers/controllers/rmc/watchdog_program.txt``, step by step, as RMCTools runs it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,11 @@ class WatchedRmc(RmcController):
         self._last_writer = 0.0
         if not self._loaded:
             return
-        for name, value in (("test", TEST_VALUE), ("edition", float(EDITION)), ("simulated", self._simulated)):
+        for name, value in (
+            ("test", TEST_VALUE),
+            ("edition", float(EDITION)),
+            ("simulated", self._simulated),
+        ):
             self._put(name, value)
         self._issue(0, REARM, (0.0,))
 

@@ -1,4 +1,4 @@
-"""The RMC's driver against an RMC that another author wrote from the manual alone: whole campaigns, faults."""
+"""The RMC's driver against an RMC that another author wrote from the manual alone: campaigns, faults."""
 
 from __future__ import annotations
 
@@ -56,7 +56,9 @@ def test_every_sample_is_the_truth_and_none_is_left_out(tmp_path: Path) -> None:
     with rmc_stand(tmp_path) as stand:
         bench = reached(stand)
         bench.done(bench.controller.start(RampTo(target_mm=12.0, speed_mm_per_s=20.0)))
-        bench.done(bench.controller.start(Harmonic(mean_mm=12.0, amplitude_mm=5.0, frequency_Hz=2.0, cycles=3)))
+        bench.done(
+            bench.controller.start(Harmonic(mean_mm=12.0, amplitude_mm=5.0, frequency_Hz=2.0, cycles=3))
+        )
         bench.finish()
         numbers, position = samples(bench.blocks)
         assert sum(block.lost for block in bench.blocks) == 0

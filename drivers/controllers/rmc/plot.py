@@ -215,7 +215,7 @@ class PlotUpload:
         return PlotBlock(first, data.reshape(self._sets, self._samples).T, lost)
 
     def _restart(self) -> None:
-        """Recover from an overrun as the manual says (p. 189): index 0; where that does not help, by the mode."""
+        """Recover from an overrun by index 0, as on p. 189; where that does not help, by the mode."""
         self._restarts += 1
         if self._restarts % 2:
             self._registers.set_whole(self._upload.plus(INDEX), 0, "the plot's current index")

@@ -172,10 +172,9 @@ class RmcController:
             return self._variables[256 * (file - VARIABLES) + element]
         if AXIS_STATUS <= file < AXIS_STATUS + self.model.axes:
             return self._axis_register(file - AXIS_STATUS, element)
-        if file == CONTROLLER_INFO:
-            return _bits(float(self._information.get(element, 0)))
-        if file == self.model.controller and element == 10:
-            return _bits(self.time_s)  # _Time (p. 782)
+        if file == CONTROLLER_INFO or (file == self.model.controller and element == 10):
+            time_or_info = self._information.get(element, 0) if file == CONTROLLER_INFO else self.time_s
+            return _bits(float(time_or_info))  # _Time: p. 782
         number = file - self.model.plot_status
         if 0 <= number < len(self.plots):
             return self._plot_register(self.plots[number], element)
