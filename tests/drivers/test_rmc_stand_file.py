@@ -1,4 +1,4 @@
-"""``[controller] kind`` and ``[controller.rmc]``: what is taken, what is refused; old files read as before."""
+"""``[controller] kind`` and ``[controller.rmc]``: what is taken and refused; old files read as before."""
 
 from __future__ import annotations
 
