@@ -12,7 +12,16 @@ import pytest
 from bufferstand.drivers import build_controller
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, EndReason, MotionState, SampleBlock
 from bufferstand.drivers.stand_file import load_stand
-from bufferstand.foundation import DeviceFault, Harmonic, RampTo, Release, StandStill, WallClock
+from bufferstand.foundation import (
+    DeviceFault,
+    Harmonic,
+    NotInCharge,
+    RampTo,
+    Release,
+    StandStill,
+    WallClock,
+    WireLost,
+)
 from tests.contract.controller.backends import Bench
 from tests.peers.campaigns import armed, bufferstand, command, write_campaign
 from tests.peers.delta_rmc import Unsaid
@@ -87,6 +96,55 @@ def test_lost_replies_lose_no_sample_whatever_they_do_to_the_index(tmp_path: Pat
         np.testing.assert_array_equal(true_positions(stand)[numbers + shift], position)
         assert any("no reply" in event for event in bench.controller.events())
         bench.rest()
+        bench.controller.close()
+
+
+TROUBLES = {
+    "late": lambda server: server.delay(0.3, 2),
+    "later than the time limit": lambda server: server.delay(0.7, 1),
+    "dropped": lambda server: server.drop(),
+    "two lost": lambda server: server.lose(2),
+}
+
+
+@pytest.mark.parametrize("trouble", TROUBLES)
+def test_trouble_on_the_wire_amid_a_sine_costs_no_sample(tmp_path: Path, trouble: str) -> None:
+    """What a controller's ring outlasts, a plot of 4 s does, too; the sine is the one that was begun."""
+    with rmc_stand(tmp_path) as stand:
+        bench = reached(stand)
+        bench.done(bench.controller.start(RampTo(target_mm=12.0, speed_mm_per_s=20.0)))
+        motion = Harmonic(mean_mm=12.0, amplitude_mm=5.0, frequency_Hz=2.0, cycles=6)
+        number = bench.controller.start(motion)
+        bench.until(lambda status: status.cycles_done >= 1)
+        TROUBLES[trouble](stand.server)
+        for _ in range(3):  # a wire that is lost is asked again by whoever runs the campaign
+            try:
+                bench.feed()
+                bench.drain()
+                break
+            except WireLost:
+                assert trouble == "two lost"
+        done = bench.done(number)
+        assert (done.end_reason, done.cycles_done) == (EndReason.REACHED, 6)
+        bench.finish()
+        numbers, position = samples(bench.blocks)
+        assert sum(block.lost for block in bench.blocks) == 0
+        np.testing.assert_array_equal(np.diff(numbers), 1)
+        shift = lag_to_truth(stand, numbers, position)
+        np.testing.assert_array_equal(true_positions(stand)[numbers + shift], position)
+        assert len([one for one in stand.rmc.log if one[1] == 72]) == 1
+        bench.rest()
+        bench.controller.close()
+
+
+def test_a_controller_that_boots_anew_is_told_apart(tmp_path: Path) -> None:
+    with rmc_stand(tmp_path) as stand:
+        bench = reached(stand)
+        bench.until(lambda _: len(bench.blocks) > 5)
+        stand.server.reset()
+        with pytest.raises(NotInCharge):
+            bench.until(lambda _: False)
+        assert not stand.rmc.axis.enabled
         bench.controller.close()
 
 
