@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import subprocess
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from bufferstand.drivers import build_controller
+from bufferstand.drivers.controllers.rmc import parse_address
 from bufferstand.drivers.interfaces import Controller, ControllerStatus, EndReason, MotionState, SampleBlock
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation import (
@@ -99,6 +101,21 @@ def test_lost_replies_lose_no_sample_whatever_they_do_to_the_index(tmp_path: Pat
         bench.controller.close()
 
 
+def lose_the_reply_to(stand: RmcStand, command: int, replies: int) -> None:
+    """Lose the reply to the next such command, and so many in all."""
+    answer = stand.server._reply
+    left = [replies]
+
+    def reply(wire: object, transaction: int, unit: int, body: bytes) -> None:
+        is_command = body[0] == 16 and struct.unpack(">H", body[1:3])[0] == parse_address("%MD40.0").wire
+        if is_command and left[0] and struct.unpack(">f", body[8:10] + body[6:8])[0] == command:
+            stand.server.lose(left[0])
+            left[0] = 0
+        answer(wire, transaction, unit, body)  # type: ignore[arg-type]
+
+    stand.server._reply = reply  # type: ignore[method-assign, assignment]
+
+
 TROUBLES = {
     "late": lambda server: server.delay(0.3, 2),
     "later than the time limit": lambda server: server.delay(0.7, 1),
@@ -167,9 +184,11 @@ def test_an_overrun_is_counted_by_the_clock_and_told(tmp_path: Path) -> None:
         bench.controller.close()
 
 
-def test_a_command_whose_reply_is_lost_is_done_once(tmp_path: Path) -> None:
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_a_command_whose_reply_is_lost_is_done_once(tmp_path: Path, lost: int) -> None:
     with rmc_stand(tmp_path) as stand:
         bench = reached(stand)
+        lose_the_reply_to(stand, 72, lost)
         bench.done(bench.controller.start(RampTo(target_mm=12.0, speed_mm_per_s=20.0)))
         before = len([one for one in stand.rmc.log if one[1] == 72])
         motion = Harmonic(mean_mm=12.0, amplitude_mm=3.0, frequency_Hz=2.0, cycles=2)

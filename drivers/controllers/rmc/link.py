@@ -8,6 +8,7 @@ lies in the controller's variables, and the watchdog program there acts on it.
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
@@ -229,10 +230,10 @@ class RmcLink(ModbusLink):
         return {
             "force_limit": variables["force_limit"],
             "stroke_limit": variables["stroke_limit"],
-            "writer": round(variables["writer"]),
-            "watchdog_feed": round(variables["beat"]) % 0x10000,
-            "watchdog_time": round(variables["watchdog_s"] * 1000.0),
-            "simulated": round(variables["simulated"]),
+            "writer": _whole(variables["writer"]) % 0x10000,
+            "watchdog_feed": _whole(variables["beat"]) % 0x10000,
+            "watchdog_time": _milliseconds(variables["watchdog_s"]),
+            "simulated": _whole(variables["simulated"]) % 0x10000,
         }
 
     def _identity(self) -> Mapping[str, float]:
@@ -264,9 +265,9 @@ class RmcLink(ModbusLink):
             "profile_version": WITHOUT_CHANGE if self._settings.change is None else WITH_CHANGE,
             "test_float": expected("test_float").expect or 0.0,
             "test_integer": expected("test_integer").expect or 0,
-            "serial": int(variables["number"] or 65536 * cpu + revision),
+            "serial": (_whole(variables["number"]) or _whole(65536 * cpu + revision)) % _WHOLE,
             "sample_rate": self._rate_Hz,
-            "simulated": round(variables["simulated"]),
+            "simulated": _whole(variables["simulated"]) % 0x10000,
         }
 
     def _say_what_it_carries(self) -> None:
@@ -291,7 +292,7 @@ class RmcLink(ModbusLink):
     def _status(self) -> Mapping[str, float]:
         """Get one snapshot: the axis first, then what the program says of it."""
         status, variables = self._axis.look(), self._variables()
-        cause = int(variables["cause"])
+        cause = _whole(variables["cause"])
         fault = cause or (_ACTUATOR if status.halted and status.enabled else 0)
         self._port.look(status, _CAUSES.get(fault, EndReason.DEVICE_LIMIT if fault else EndReason.NONE))
         port, state = self._port, self._state(status, fault)
@@ -299,13 +300,13 @@ class RmcLink(ModbusLink):
             "status_word": self._word(status, fault),
             "state": state,
             "fault_code": fault,
-            "echo_sequence": port.echo or int(variables["sequence"]),
+            "echo_sequence": port.echo or _whole(variables["sequence"]) % 0x10000,
             "reject_code": port.reject,
             "done_sequence": port.done,
             "cycles_done": port.cycles_done,
-            "heartbeat": int(variables["alive"]) % 0x10000,
-            "watchdog_remaining": min(0xFFFF, round(1000.0 * max(0.0, variables["left_s"]))),
-            "watchdog_trips": int(variables["trips"]) % 0x10000,
+            "heartbeat": _whole(variables["alive"]) % 0x10000,
+            "watchdog_remaining": _milliseconds(variables["left_s"]),
+            "watchdog_trips": _whole(variables["trips"]) % 0x10000,
             "end_reason": port.end,
             "force": status.force_kN,
             "stroke": status.stroke_mm,
@@ -388,7 +389,7 @@ class RmcLink(ModbusLink):
 
     def _set_writer(self, number: int) -> None:
         """Write who may give commands; what another program holds is not taken."""
-        holder = round(self.variable("writer"))
+        holder = _whole(self.variable("writer"))
         if number and holder not in (0, number):
             raise ModbusRefusal(
                 f"{self.name} at {self.address}: program {holder} may give commands", ILLEGAL_VALUE
@@ -427,6 +428,16 @@ class RmcLink(ModbusLink):
             sample["tick"] = round((block.first + number) * period_us) % _WHOLE
             words += layout.encode(sample)
         return words
+
+
+def _whole(value: float) -> int:
+    """Return a variable as a whole number; 0 for what is no number."""
+    return round(value) if math.isfinite(value) else 0
+
+
+def _milliseconds(seconds: float) -> int:
+    """Return seconds as a register of 16 bits has them [ms]."""
+    return min(0xFFFF, max(0, _whole(1000.0 * seconds)))
 
 
 class _Block:

@@ -14,6 +14,7 @@ from typing import Protocol
 from bufferstand.drivers.controllers.rmc.axis import AxisStatus, RmcAxis
 from bufferstand.drivers.controllers.rmc.settings import ChangeCodes
 from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.foundation import WireLost
 
 ACCEPTED, UNKNOWN, WRONG_STATE, OUT_OF_RANGE, NOT_ARMED = range(5)
 """Values of register ``reject_code``."""
@@ -122,6 +123,7 @@ class MotionPort:
         self._now_s, self._sleep, self._note, self._patience_s = now_s, sleep, note, patience_s
         self._armed: dict[str, float] | None = None
         self._executed = 0
+        self._sent: tuple[Motion, Callable[[AxisStatus], bool]] | None = None
         self.motion: Motion | None = None
         self.stroke_limit_mm = self.force_limit_kN = 0.0
         self.echo = self.reject = self.done = self.cycles_done = 0
@@ -136,6 +138,8 @@ class MotionPort:
     def execute(self, sequence: int, status: AxisStatus, *, ready: bool) -> None:
         """Begin the armed command of that number; one that has begun is not begun again."""
         self.echo, armed = sequence, self._armed
+        if self._was_taken(sequence, status):
+            return
         if armed is None or int(armed["command_sequence"]) != sequence:
             self.reject = ACCEPTED if sequence == self._executed else NOT_ARMED
             return
@@ -149,6 +153,15 @@ class MotionPort:
         elif not self._begin(Motion(sequence, code, armed, "begin"), status):
             self.reject = WRONG_STATE
         self._armed, self._executed = None, sequence
+
+    def _was_taken(self, sequence: int, status: AxisStatus) -> bool:
+        """Whether a command whose reply was lost was taken all the same; it runs then."""
+        sent, self._sent = self._sent, None
+        if sent is None or sent[0].sequence != sequence or not sent[1](status):
+            return False
+        self.motion, self.reject = sent[0], ACCEPTED
+        self._armed, self._executed = None, sequence
+        return True
 
     def _judge(self, values: Mapping[str, float], status: AxisStatus, *, ready: bool) -> int:
         code, running = int(values["command_code"]), self.motion
@@ -212,30 +225,54 @@ class MotionPort:
             taken = self._sine(motion)
         elif motion.code == HARMONIC:
             motion.leg = "to the mean"
-            taken = self._move(values["mean"], min(10.0, self._bounds.speed_max_mm_per_s))
+            taken = self._move(values["mean"], min(10.0, self._bounds.speed_max_mm_per_s), motion)
         elif motion.code == STATIC:
             motion.leg = "to zero"
-            taken = self._move(0.0, values["speed"])
+            taken = self._move(0.0, values["speed"], motion)
         else:
             motion.leg = "move"
             target_mm = values["target"] if motion.code == RAMP else self._bounds.clear_mm
-            taken = self._move(target_mm, values["speed"])
+            taken = self._move(target_mm, values["speed"], motion)
         if taken:
             if self.done == motion.sequence:
                 self.done = 0  # an earlier user's number
             self.motion = motion
         return taken
 
-    def _move(self, target_mm: float, speed_mm_per_s: float) -> bool:
-        self._axis.move(target_mm, speed_mm_per_s)
-        return self._wait(lambda status: abs(status.requested_mm - target_mm) <= SAME_mm, "a move")
+    def _move(self, target_mm: float, speed_mm_per_s: float, motion: Motion | None = None) -> bool:
+        def taken(status: AxisStatus) -> bool:
+            return abs(status.requested_mm - target_mm) <= SAME_mm
+
+        return self._give(lambda: self._axis.move(target_mm, speed_mm_per_s), taken, "a move", motion)
 
     def _sine(self, motion: Motion) -> bool:
         values, motion.leg = motion.values, "sine"
         cycles = values["cycles"] + FIRST_AND_LAST
         self._block.reset()
-        self._axis.sine(values["mean"], values["amplitude"], values["frequency"], cycles, self._block.number)
-        return self._wait(lambda _: self._block.cycles() != NOT_BEGUN, "a sine")
+
+        def send() -> None:
+            mean, amplitude, frequency = values["mean"], values["amplitude"], values["frequency"]
+            self._axis.sine(mean, amplitude, frequency, cycles, self._block.number)
+
+        return self._give(send, lambda _: self._block.cycles() != NOT_BEGUN, "a sine", motion)
+
+    def _give(
+        self,
+        send: Callable[[], None],
+        taken: Callable[[AxisStatus], bool],
+        what: str,
+        motion: Motion | None,
+    ) -> bool:
+        """Send a command once, and see it taken; where its reply is lost, what it does tells."""
+        if motion is not None:
+            self._sent = motion, taken  # for whoever asks once more behind a wire that was lost
+        try:
+            send()
+        except WireLost as lost:
+            self._note(f"{lost}; whether it was taken is seen by what the axis does")
+        found = self._wait(taken, what)
+        self._sent = None
+        return found
 
     def _wait(self, taken: Callable[[AxisStatus], bool], what: str) -> bool:
         """Wait until a command is seen to be taken; what is not is told, with the RMC's own error number."""
