@@ -9,23 +9,21 @@ lies in the controller's variables, and the watchdog program there acts on it.
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 from bufferstand.drivers.controllers.rmc.addresses import MODELS, PRODUCT, VARIABLES
 from bufferstand.drivers.controllers.rmc.axis import AxisCommand, AxisStatus, RmcAxis
+from bufferstand.drivers.controllers.rmc.identity import find_mismatch
 from bufferstand.drivers.controllers.rmc.motions import MotionBounds, MotionPort
 from bufferstand.drivers.controllers.rmc.plot import PlotBlock, PlotUpload, samples_per_read
 from bufferstand.drivers.controllers.rmc.program import (
     AT,
-    EDITION,
     SINE_BLOCK,
-    TEST_VALUE,
     VARIABLES_USED,
     RELEASE_SPEED_mm_per_s,
 )
-from bufferstand.drivers.controllers.rmc.registers import RmcRegisters, WordOrder, bytes_of, words_of
+from bufferstand.drivers.controllers.rmc.registers import RmcRegisters
 from bufferstand.drivers.controllers.rmc.settings import RmcSettings
 from bufferstand.drivers.interfaces import EndReason, MotionState
 from bufferstand.drivers.modbus import Exchange, ModbusLink, ModbusRefusal, Table, Wire
@@ -240,18 +238,16 @@ class RmcLink(ModbusLink):
         """Get who answers; a wrong word order, and a program that is not loaded, are told apart."""
         product, _, cpu, revision = self._registers.reals(PRODUCT, 4, "the controller's information")
         variables = self._variables()
-        if (test := variables["test"]) != TEST_VALUE:
-            raise DeviceFault(f"{self.name} at {self.address}: {self._wrong_test(test)}")
-        if self._model.product is not None and product != self._model.product:
-            raise DeviceFault(
-                f"{self.name} at {self.address}: %MD7.0 holds {product:g}, an {self._model.name} has "
-                f"{self._model.product}; look at [controller.rmc] model"
-            )
-        if variables["edition"] != EDITION:
-            raise DeviceFault(
-                f"{self.name} at {self.address}: the watchdog program has edition "
-                f"{variables['edition']:g}, this software knows {EDITION}; load the one that it ships"
-            )
+        model = self._model
+        if mismatch := find_mismatch(
+            variables,
+            product,
+            expected=model.product,
+            model=model.name,
+            order=self._settings.word_order,
+            test_at=self._base.plus(AT["test"]),
+        ):
+            raise DeviceFault(f"{self.name} at {self.address}: {mismatch}")
         if self._samples < 1:
             raise DeviceFault(
                 f"{len(self._channels)} data sets do not fit one read; write a larger largest_read"
@@ -276,18 +272,6 @@ class RmcLink(ModbusLink):
                 f"a read of the plot gives {self._samples} samples of {len(self._channels)} data sets: "
                 f"{self._rate_Hz / self._samples:.0f} reads a second are needed"
             )
-
-    def _wrong_test(self, test: float) -> str:
-        order = self._settings.word_order
-        other: WordOrder = "little" if order == "big" else "big"
-        swapped = struct.unpack(">f", bytes_of(words_of(struct.pack(">f", test), order), other))[0]
-        at = self._base.plus(AT["test"])
-        if swapped == TEST_VALUE:
-            return f'{at} reads right with the words the other way round; write word_order = "{other}"'
-        return (
-            f"{at} holds {test:g} instead of {TEST_VALUE:g}: the watchdog program is not loaded, or begins "
-            "at another variable; bufferstand instruments --program rmc prints it"
-        )
 
     def _status(self) -> Mapping[str, float]:
         """Get one snapshot: the axis first, then what the program says of it."""
