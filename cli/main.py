@@ -29,6 +29,7 @@ COMMANDS = {
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
+    "record": "Record a stand that another controller moves (record-only mode).",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
     "monitor": "Show a running or finished campaign in the browser.",
     "stop": "Stop a running campaign: now, after the cycle, or after the step.",
@@ -53,7 +54,7 @@ COMMANDS = {
 
 SECTIONS = {
     "Start here": ("demo", "samples"),
-    "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
+    "Test": ("plan", "check", "calibration", "stand", "run", "resume", "record", "monitor", "stop", "note"),
     "Know what was measured": (
         "runs",
         "verify",
@@ -72,7 +73,7 @@ SECTIONS = {
 """The commands in the order of the work; those that are named nowhere come last."""
 
 _GROUPS = {
-    "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
+    "campaign": ("demo", "plan", "run", "resume", "record", "monitor", "stop", "note"),
     "stand": ("check", "simulate-stand", "fault"),
     "recordings": (
         "import",
