@@ -251,7 +251,7 @@ class LabJackDriver:
             volts = scale.volts(np.ascontiguousarray(scans.samples[:, place]))
             columns[channel.name] = volts
             for found in self._watches[place].look(time_us, volts, channel.calibration.apply(volts)):
-                wrong.setdefault(f"{channel.name} {found.kind}", f"{channel.name}: {found.what}")
+                wrong.setdefault(f"{channel.name} {found.kind}", found.what)
         for key, text in wrong.items():
             if key not in self._wrong:
                 self._fault(f"{self._name}: {text}")
@@ -262,6 +262,8 @@ class LabJackDriver:
 
     def _begin_stream(self) -> None:
         self._close_packets()
+        # Before there is a connection again: what an old stream still holds would come as the new one's.
+        self._device.stop_stream()
         if self._settings.delivery == "packets":
             where = (self._settings.host, self._settings.stream_port)
             try:
