@@ -153,10 +153,10 @@ def test_a_t8_is_read_by_its_own_constants() -> None:
     content = entry(model="T8") | {"rate_Hz": 500.0}
     for one in content["input"]:
         one["range_V"] = 4.884
-    with LabJackEmulator({0: lambda t: 0.0 * t + 3.25, 1: lambda t: 0.0 * t - 2.0}, product=8) as far:
-        with reading(far, content) as (device, heard):
-            heard.until(lambda heard: heard.rows >= 200)
-            assert device.identity.startswith("LabJack T8")
+    inputs = {0: lambda t: 0.0 * t + 3.25, 1: lambda t: 0.0 * t - 2.0}
+    with LabJackEmulator(inputs, product=8) as far, reading(far, content) as (device, heard):
+        heard.until(lambda heard: heard.rows >= 200)
+        assert device.identity.startswith("LabJack T8")
     np.testing.assert_allclose(heard.column("pressure_0"), 3.25, atol=4.884 / 32768)
     np.testing.assert_allclose(heard.column("pressure_1"), -2.0, atol=4.884 / 32768)
 
@@ -179,7 +179,7 @@ def test_an_overflow_is_counted_to_the_scan(counted: bool) -> None:
 
 
 def test_a_wrong_word_on_the_separator_shows_as_one_scan() -> None:
-    """What is not said of the T7 costs one period behind an overflow: it is a setting, and can be found out."""
+    """What is not said of the T7 costs one period behind an overflow: it is a setting."""
     with LabJackEmulator(
         {0: swinging}, habits=Habits(dummy_is_counted=False, channel_interval_us=0.0)
     ) as far:
@@ -285,7 +285,7 @@ def test_a_saturated_input_is_said_once() -> None:
 def test_volts_of_the_data_sheets_nominal_constants() -> None:
     scale = VoltScale(0.000315805780, -0.000315805800, 33523.0)
     low, high = scale.ends
-    assert low == pytest.approx(-10.586956, abs=1e-5)  # “Voltage Offset” of section 20.0.1
+    assert low == pytest.approx(-10.586956, abs=LSB_V)  # “Voltage Offset” of section 20.0.1
     assert high == pytest.approx((65535 - 33523) * 0.000315805780, rel=1e-6)
     assert scale.volts(np.array([33523], dtype=np.uint16))[0] == 0.0
 
