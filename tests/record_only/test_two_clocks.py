@@ -1,7 +1,7 @@
 """A newcomer's path, by commands: a T7 with draw wires, the force from a GSV-2, another controller's stand.
 
-The two have clocks of their own: the T7's leads, the amplifier's values are stamped as they come in. What lies
-between is measured on an elastic reference (``bufferstand skew``) and written into the stand file.
+The two have clocks of their own: the T7's leads, the amplifier's values are stamped as they come in.
+What lies between them is measured on an elastic reference (``bufferstand skew``): ``delay_s``.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from bufferstand.evaluation.loading.load import load_run
 from tests.record_only.bench import (
     ABSORBED_J,
     AMPLIFIER,
@@ -68,6 +69,11 @@ def test_from_a_stand_file_to_the_report(tmp_path: Path) -> None:
     # 1 ms is 3 % here: what the USB-serial line jitters from start to start is left.
     mean_J = sum(cycle["absorbed_energy_J"] for cycle in cycles) / len(cycles)
     assert mean_J == pytest.approx(ABSORBED_J, rel=0.06)
+    facts = load_run(runs / "buffer.h5")[1]
+    assert facts.force_uncertainty is not None
+    u_s = facts.force_uncertainty.u_delay_s
+    assert u_s is not None
+    assert 2e-4 < u_s < 5e-3  # stated, and what the anchors of the two clocks leave open
     call("report", runs, "--out", tmp_path / "report")
     pages = [path.suffix for path in (tmp_path / "report").rglob("*") if path.is_file()]
     assert ".html" in pages
