@@ -29,6 +29,7 @@ COMMANDS = {
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
+    "record": "Record a stand that another controller moves (record-only mode).",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
     "monitor": "Show a running or finished campaign in the browser.",
     "stop": "Stop a running campaign: now, after the cycle, or after the step.",
@@ -62,6 +63,7 @@ SECTIONS = {
         "stand",
         "run",
         "resume",
+        "record",
         "monitor",
         "stop",
         "note",
@@ -84,7 +86,7 @@ SECTIONS = {
 """The commands in the order of the work; those that are named nowhere come last."""
 
 _GROUPS = {
-    "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
+    "campaign": ("demo", "plan", "run", "resume", "record", "monitor", "stop", "note"),
     "stand": ("check", "instruments", "simulate-stand", "fault"),
     "recordings": (
         "import",

@@ -10,6 +10,10 @@ if TYPE_CHECKING:
         build_controller,
         look_at_controller,
     )
+    from bufferstand.drivers.connect_recording import (
+        RecordingDevices,
+        build_recording,
+    )
     from bufferstand.drivers.connect_sensors import (
         build_sensors,
     )
@@ -43,12 +47,14 @@ __all__ = [
     "KnownInstrument",
     "MotionState",
     "ReadingLimits",
+    "RecordingDevices",
     "SampleBlock",
     "SensorFault",
     "Stand",
     "StreamFacts",
     "WriterSeen",
     "build_controller",
+    "build_recording",
     "build_sensors",
     "known_instruments",
     "lab_program",
