@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ from bufferstand.drivers.controllers.rmc.addresses import RmcAddress
 from bufferstand.drivers.controllers.rmc.registers import RmcRegisters
 from bufferstand.foundation import DeviceFault
 
+RECENT_S = 1.0
+"""So long a sample tells the plot's clock [s]: the two clocks drift apart."""
 HEAD = 5
 """Registers of 32 bits before the data."""
 CONTINUOUS = 2
@@ -100,7 +103,7 @@ class PlotUpload:
         self._plot_id: int | None = None
         self._base = 0  # sequence number of the RMC's index 0
         self._rate_Hz = 0.0
-        self._earliest_s = math.inf
+        self._offsets_s: deque[tuple[float, float]] = deque()
         self._anchored = self._overran = False
         self._restarts = 0
         self.next = 0
@@ -136,12 +139,17 @@ class PlotUpload:
     def clock_us(self) -> int:
         """Return the plot's clock about now [µs], never behind what a look at the axis has shown.
 
-        The upload shows none: it is the computer's, set by the sample that was read soonest, and one read
-        later.
+        The upload shows none: it is told by the sample of the last second that was read soonest, and what one
+        read holds is added.
         """
-        if math.isinf(self._earliest_s):
+        if not self._offsets_s:
             return 0
         return round((self._now_s() - self._earliest_s + self._samples / self._rate_Hz) * 1e6)
+
+    @property
+    def _earliest_s(self) -> float:
+        """When sample 0 was made at the latest, by the computer's clock [s]: what was read soonest tells."""
+        return min(offset_s for _, offset_s in self._offsets_s)
 
     @property
     def has_begun(self) -> bool:
@@ -211,7 +219,9 @@ class PlotUpload:
         if not self._anchored:  # wherever its index begins: the pages say zero
             self._base, self._anchored, self._restarts = first - index, True, 0
         self.next = first + self._samples
-        self._earliest_s = min(self._earliest_s, now_s - (self.next - 1) / self._rate_Hz)
+        self._offsets_s.append((now_s, now_s - (self.next - 1) / self._rate_Hz))
+        while self._offsets_s[0][0] < now_s - RECENT_S:
+            self._offsets_s.popleft()
         return PlotBlock(first, data.reshape(self._sets, self._samples).T, lost)
 
     def _restart(self) -> None:
