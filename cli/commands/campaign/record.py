@@ -6,7 +6,7 @@ import re
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
@@ -22,7 +22,7 @@ _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _LONGEST_S = 7 * 24 * 3600.0
 
 
-class Duration(click.ParamType):
+class Duration(click.types.StringParamType):
     """A time with its unit: ``90s``, ``10min``, ``2h``."""
 
     name = "duration"
@@ -105,7 +105,7 @@ def _record(
 
     about = None if specimen is None else load_specimen(specimen)
     of_test = None if about is None else about.test.kind
-    facts = RecordingFacts(_run_id(name), kind or of_test or cast(Kind, "harmonic"), operator, about)
+    facts = RecordingFacts(_run_id(name), kind or of_test or "harmonic", operator, about)
     clock, request = WallClock(), StopRequest()
     devices = build_recording(stand, clock)
     with stop_on_signals(request), listening(out, request):
