@@ -27,7 +27,7 @@ class Duration(click.types.StringParamType):
 
     name = "duration"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return it in seconds."""
         if isinstance(value, float):
             return value
