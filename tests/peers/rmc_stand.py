@@ -110,6 +110,8 @@ class WatchedRmc(RmcController):
             self._put("cause", 2.0)
         if self.axis.position_mm > self._get("stroke_limit") + 1.0:
             self._put("cause", 3.0)
+        if self.axis.halted:
+            self._put("cause", 4.0)
 
 
 PROFILE_SAMPLE = '["tick:u32", "force:f32", "position:f32", "command:f32", "stroke_1:f32"]'

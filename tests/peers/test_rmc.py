@@ -250,6 +250,25 @@ def test_a_stop_amid_a_sine_and_a_limit_of_the_device(tmp_path: Path) -> None:
         controller.close()
 
 
+def test_an_axis_that_halts_is_unloaded_and_can_be_reset(tmp_path: Path) -> None:
+    with rmc_stand(tmp_path) as stand:
+        bench = reached(stand)
+        number = bench.controller.start(RampTo(target_mm=15.0, speed_mm_per_s=5.0))
+        bench.until(lambda status: status.position_mm > 5.0)
+        with stand.server.lock:
+            stand.rmc.axis.fault(0)  # following error
+        tripped = bench.until(lambda status: status.state is MotionState.FAULT)
+        assert (tripped.fault_code, tripped.done_sequence) == (4, number)
+        with stand.server.lock:
+            assert not stand.rmc.axis.enabled
+            assert stand.rmc.force_kN == 0.0
+        bench.controller.reset_fault()
+        bench.enable()
+        assert bench.controller.status().state is MotionState.HOLDING
+        bench.rest()
+        bench.controller.close()
+
+
 def test_check_says_what_answers(tmp_path: Path) -> None:
     with rmc_stand(tmp_path) as stand:
         done = bufferstand("check", stand.path)

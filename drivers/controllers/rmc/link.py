@@ -38,7 +38,8 @@ WITHOUT_CHANGE, WITH_CHANGE = 1, 2
 Check = Callable[[Sequence[int]], str]
 """Says what is doubtful about registers that were read; empty where nothing is."""
 _US, _WHOLE = 1_000_000, 1 << 32
-_CAUSES = {1: EndReason.WATCHDOG, 2: EndReason.DEVICE_LIMIT, 3: EndReason.DEVICE_LIMIT}
+_CAUSES = {1: EndReason.WATCHDOG}
+"""Why a motion has ended, by the program's ``cause``; all others are limits of the device."""
 _ACTUATOR = 4
 
 
@@ -301,8 +302,7 @@ class RmcLink(ModbusLink):
 
     def _state(self, status: AxisStatus, fault: int) -> MotionState:
         if fault:
-            moving = status.enabled and fault != _ACTUATOR
-            return MotionState.RELEASING if moving else MotionState.FAULT
+            return MotionState.RELEASING if status.enabled else MotionState.FAULT
         if not status.enabled:
             return MotionState.READY if self._control & 0x06 == 0x06 else MotionState.OFF
         if self._port.motion is not None:

@@ -193,7 +193,7 @@ class RmcBank:
             "trips": lambda: float(controller.watchdog.trips),
             "force_limit": lambda: controller.force_limit_kN,
             "stroke_limit": lambda: controller.stroke_limit_mm,
-            "cause": lambda: float(min(3, controller.fault)),
+            "cause": lambda: float(controller.fault),
             "writer": lambda: float(self._writer.number),
             "alive": lambda: float(self._device.heartbeat),
             "simulated": lambda: float(SIMULATED_SIGN),
