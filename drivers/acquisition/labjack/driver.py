@@ -33,6 +33,8 @@ BLOCK_S = 0.02
 _WAIT_S = 0.05
 _RETRY_S = 0.5
 _IDLE_S = 0.002
+WAITING_BYTES = 1 << 22
+"""Bytes that may wait unread here: 50 s of eight inputs at 5 kHz, as far as the kernel allows it."""
 _MAILBOX = 50_000
 
 
@@ -265,14 +267,18 @@ class LabJackDriver:
         self._device.stop_stream()
         if self._settings.delivery == "packets":
             where = (self._settings.host, self._settings.stream_port)
+            self._packets = wire = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+            # What this computer is late for waits here, and not in the device, whose buffer holds little.
+            wire.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
+            wire.settimeout(self._settings.timeout_s)
             try:
-                self._packets = socket.create_connection(where, timeout=self._settings.timeout_s)
+                wire.connect(where)
             except OSError as error:
                 raise DeviceFault(
                     f"{self._name}: no connection to its stream port {where[0]}:{where[1]}: "
                     f"{error.strerror or error}; is stream_port right, and does no firewall close it?"
                 ) from None
-            self._packets.settimeout(_WAIT_S)
+            wire.settimeout(_WAIT_S)
         self._ticks = self._device.start_stream()
         self._ticks_at_scan = self._assembly.next
         self._heard_s = self._clock.wall_s()
