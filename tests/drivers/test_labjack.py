@@ -264,6 +264,21 @@ def test_another_model_is_refused_with_what_to_write() -> None:
         pass
 
 
+def test_a_second_reader_is_kept_from_breaking_the_first_ones_stream() -> None:
+    with LabJackEmulator({0: swinging}) as far, reading(far, entry()) as (_, heard):
+        heard.until(lambda heard: heard.rows >= 50)
+        refused = pytest.raises(DeviceFault, match="another program of this computer reads it")
+        with refused, reading(far, entry()):
+            pass
+        before = heard.rows
+        heard.until(lambda heard: heard.rows > before + 100)
+    assert heard.lost == 0
+    with LabJackEmulator({0: swinging}) as far:
+        for _ in range(2):  # it is let go of
+            with reading(far, entry()) as (_, heard):
+                heard.until(lambda heard: heard.rows >= 20)
+
+
 def test_nobody_there_is_one_message() -> None:
     settings = LabJackSettings.model_validate(entry(port=1))
     device = KIND.driver(settings, InstrumentSite(Path(), WallClock(), "acquisition"))

@@ -14,6 +14,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from bufferstand.drivers.acquisition.claim import claim
 from bufferstand.drivers.acquisition.labjack import packets as pk
 from bufferstand.drivers.acquisition.labjack.device import LabJack
 from bufferstand.drivers.acquisition.labjack.registers import TICKS_PER_S
@@ -64,6 +65,7 @@ class LabJackDriver:
         self._stop_taken = threading.Event()
         self._thread: threading.Thread | None = None
         self._packets: socket.socket | None = None
+        self._claim: socket.socket | None = None
         self._assembly = self._new_assembly()
         self._watches: list[PlausibilityWatch] = []
         self._wrong: set[str] = set()
@@ -109,6 +111,7 @@ class LabJackDriver:
         """
         if self._thread is not None:
             return
+        self._claim = claim(f"labjack {self._settings.host}:{self._settings.port}", self._name)
         try:
             self._device.identify()
             if self.can_ask_for_stop:
@@ -320,6 +323,9 @@ class LabJackDriver:
     def _let_go(self) -> None:
         self._close_packets()
         self._device.link.close()
+        if self._claim is not None:
+            self._claim.close()
+            self._claim = None
 
     @property
     def _name(self) -> str:
