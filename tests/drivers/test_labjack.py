@@ -33,6 +33,8 @@ from bufferstand.drivers.interfaces import SampleBlock
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import BadInput, DeviceFault
 from bufferstand.foundation.settings import parse_settings
+from tests.drivers.labjack_session import WIRE, session
+from tests.drivers.replay import replayed_tcp
 from tests.peers.labjack.emulator import LabJackEmulator
 from tests.peers.labjack.stream import Habits
 
@@ -264,6 +266,21 @@ def test_another_model_is_refused_with_what_to_write() -> None:
         pass
 
 
+def test_a_second_reader_is_kept_from_breaking_the_first_ones_stream() -> None:
+    with LabJackEmulator({0: swinging}) as far, reading(far, entry()) as (_, heard):
+        heard.until(lambda heard: heard.rows >= 50)
+        refused = pytest.raises(DeviceFault, match="another program of this computer reads it")
+        with refused, reading(far, entry()):
+            pass
+        before = heard.rows
+        heard.until(lambda heard: heard.rows > before + 100)
+    assert heard.lost == 0
+    with LabJackEmulator({0: swinging}) as far:
+        for _ in range(2):  # it is let go of
+            with reading(far, entry()) as (_, heard):
+                heard.until(lambda heard: heard.rows >= 20)
+
+
 def test_nobody_there_is_one_message() -> None:
     settings = LabJackSettings.model_validate(entry(port=1))
     device = KIND.driver(settings, InstrumentSite(Path(), WallClock(), "acquisition"))
@@ -425,3 +442,15 @@ def test_what_does_not_fit_the_device_is_refused_with_what_to_write(
 def test_later_inputs_of_a_scan_were_sampled_later() -> None:
     settings = LabJackSettings.model_validate(entry(inputs=3, channel_interval_us=15.0))
     assert [channel.delay_s for channel in settings.channels] == pytest.approx([0.0, -15e-6, -30e-6])
+
+
+def test_the_session_of_the_kept_transcript_is_kept_byte_by_byte() -> None:
+    """Whoever changes what goes over the wire sees it here (``python -m tests.drivers.labjack_session``)."""
+    with replayed_tcp("labjack", WIRE) as (port, replay):
+        device = session("127.0.0.1", port)
+        assert replay.done.wait(10.0), replay.problem
+    assert replay.problem == ""
+    assert device.identity == "LabJack T7 serial 470012345, firmware 1.0292"
+    assert device.rate_Hz == pytest.approx(1000.0)
+    assert [scale.centre for scale in device.scales] == [33523.0, 33523.0]
+    assert device.scales[1].positive == pytest.approx(0.00000315805780, rel=1e-6)

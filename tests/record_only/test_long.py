@@ -1,4 +1,8 @@
-"""Eight channels at 5 kHz, none lost: fifteen seconds always, ten minutes with ``--long``."""
+"""Eight channels at 5 kHz, none lost: fifteen seconds always, ten minutes with ``--long``.
+
+In real time: the emulator's buffer is that of a T7 and holds 0.4 s. On a busy computer put ``chrt --rr 1``
+before it, as for the peers.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +32,7 @@ def test_nothing_of_eight_channels_at_5_kHz_is_lost(tmp_path: Path, lasts_s: int
             f"{lasts_s}s",
             "--name",
             "one",
-            patience_s=lasts_s + 120,
+            patience_s=lasts_s + 300,
         )
     assert "acquisition: " in done.stderr
     assert "none lost" in done.stderr

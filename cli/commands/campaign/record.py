@@ -22,7 +22,7 @@ _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 _LONGEST_S = 7 * 24 * 3600.0
 
 
-class Duration(click.types.StringParamType):
+class Duration(click.ParamType[float]):
     """A time with its unit: ``90s``, ``10min``, ``2h``."""
 
     name = "duration"

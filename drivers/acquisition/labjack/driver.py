@@ -14,6 +14,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from bufferstand.drivers.acquisition.claim import claim
 from bufferstand.drivers.acquisition.labjack import packets as pk
 from bufferstand.drivers.acquisition.labjack.device import LabJack
 from bufferstand.drivers.acquisition.labjack.registers import TICKS_PER_S
@@ -33,6 +34,8 @@ BLOCK_S = 0.02
 _WAIT_S = 0.05
 _RETRY_S = 0.5
 _IDLE_S = 0.002
+WAITING_BYTES = 1 << 22
+"""Bytes that may wait unread here: 50 s of eight inputs at 5 kHz, as far as the kernel allows it."""
 _MAILBOX = 50_000
 
 
@@ -62,6 +65,7 @@ class LabJackDriver:
         self._stop_taken = threading.Event()
         self._thread: threading.Thread | None = None
         self._packets: socket.socket | None = None
+        self._claim: socket.socket | None = None
         self._assembly = self._new_assembly()
         self._watches: list[PlausibilityWatch] = []
         self._wrong: set[str] = set()
@@ -107,6 +111,7 @@ class LabJackDriver:
         """
         if self._thread is not None:
             return
+        self._claim = claim(f"labjack {self._settings.host}:{self._settings.port}", self._name)
         try:
             self._device.identify()
             if self.can_ask_for_stop:
@@ -265,14 +270,18 @@ class LabJackDriver:
         self._device.stop_stream()
         if self._settings.delivery == "packets":
             where = (self._settings.host, self._settings.stream_port)
+            self._packets = wire = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+            # What this computer is late for waits here, and not in the device, whose buffer holds little.
+            wire.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING_BYTES)
+            wire.settimeout(self._settings.timeout_s)
             try:
-                self._packets = socket.create_connection(where, timeout=self._settings.timeout_s)
+                wire.connect(where)
             except OSError as error:
                 raise DeviceFault(
                     f"{self._name}: no connection to its stream port {where[0]}:{where[1]}: "
                     f"{error.strerror or error}; is stream_port right, and does no firewall close it?"
                 ) from None
-            self._packets.settimeout(_WAIT_S)
+            wire.settimeout(_WAIT_S)
         self._ticks = self._device.start_stream()
         self._ticks_at_scan = self._assembly.next
         self._heard_s = self._clock.wall_s()
@@ -314,6 +323,9 @@ class LabJackDriver:
     def _let_go(self) -> None:
         self._close_packets()
         self._device.link.close()
+        if self._claim is not None:
+            self._claim.close()
+            self._claim = None
 
     @property
     def _name(self) -> str:
