@@ -30,11 +30,13 @@ COMMANDS = {
     "docs": "Find words in the documentation, or read it in the browser.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
+    "record": "Record a stand that another controller moves (record-only mode).",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
     "monitor": "Show a running or finished campaign in the browser.",
     "stop": "Stop a running campaign: now, after the cycle, or after the step.",
     "note": "Add an operator's note to a campaign, before, during or after it.",
     "check": "Read every device of a stand once; say what is stale or out of range.",
+    "instruments": "List what can be connected: kinds of device, register maps, their sources.",
     "stand": "The stand by hand: readings, tare, zero, slow motions.",
     "calibration": "Take a channel's calibration from a digital certificate (DCC).",
     "simulate-stand": "Serve the simulated stand (Modbus TCP, serial, 1-Wire) for others to talk to.",
@@ -54,7 +56,19 @@ COMMANDS = {
 
 SECTIONS = {
     "Start here": ("demo", "samples", "docs"),
-    "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
+    "Test": (
+        "plan",
+        "check",
+        "instruments",
+        "calibration",
+        "stand",
+        "run",
+        "resume",
+        "record",
+        "monitor",
+        "stop",
+        "note",
+    ),
     "Know what was measured": (
         "runs",
         "verify",
@@ -73,8 +87,8 @@ SECTIONS = {
 """The commands in the order of the work; those that are named nowhere come last."""
 
 _GROUPS = {
-    "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
-    "stand": ("check", "simulate-stand", "fault"),
+    "campaign": ("demo", "plan", "run", "resume", "record", "monitor", "stop", "note"),
+    "stand": ("check", "instruments", "simulate-stand", "fault"),
     "recordings": (
         "import",
         "evaluate",

@@ -10,8 +10,17 @@ if TYPE_CHECKING:
         build_controller,
         look_at_controller,
     )
+    from bufferstand.drivers.connect_recording import (
+        RecordingDevices,
+        build_recording,
+    )
     from bufferstand.drivers.connect_sensors import (
         build_sensors,
+    )
+    from bufferstand.drivers.instrument_list import (
+        KnownInstrument,
+        known_instruments,
+        lab_program,
     )
     from bufferstand.drivers.interfaces import (
         NO_REPLY,
@@ -35,15 +44,20 @@ __all__ = [
     "ControllerStatus",
     "EndReason",
     "Identity",
+    "KnownInstrument",
     "MotionState",
     "ReadingLimits",
+    "RecordingDevices",
     "SampleBlock",
     "SensorFault",
     "Stand",
     "StreamFacts",
     "WriterSeen",
     "build_controller",
+    "build_recording",
     "build_sensors",
+    "known_instruments",
+    "lab_program",
     "look_at_controller",
 ]
 

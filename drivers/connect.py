@@ -5,12 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bufferstand.drivers.connect_sensors import build_sensors
-from bufferstand.drivers.controllers import NoticeBoard, PollingController, RegisterController, RingController
+from bufferstand.drivers.controllers import (
+    ControllerSite,
+    NoticeBoard,
+    PollingController,
+    RegisterController,
+    RingController,
+)
 from bufferstand.drivers.interfaces import Identity, Stand
 from bufferstand.drivers.modbus import ModbusLink, RtuWire, TcpWire, Wire
 from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.foundation import Clock
+from bufferstand.foundation import Clock, WallClock
 
 
 def build_controller(
@@ -33,21 +39,28 @@ def build_controller(
         If its register profile cannot be read.
     """
     settings, profile = stand_file.controller, stand_file.profile()
-    link = _link(stand_file, profile)
+    link = _link(stand_file, profile, clock)
     kind = PollingController if profile.window is None else RingController
     board = NoticeBoard(link.address, doing)
     return kind(link, profile, settings.channel, clock, timeout_s=settings.timeout_s, board=board)
 
 
-def _link(stand_file: StandFile, profile: Profile) -> ModbusLink:
-    settings = stand_file.controller
+def _link(stand_file: StandFile, profile: Profile, clock: Clock) -> ModbusLink:
+    settings, limits = stand_file.controller, stand_file.limits
     line = stand_file.controller_serial()
     wire: Wire = TcpWire(settings.host, settings.port)
     if line is not None:
         wire = RtuWire(line, baud=settings.baud, parity=settings.parity, stop_bits=settings.stop_bits)
-    return ModbusLink(
-        wire, device_id=settings.device_id, timeout_s=settings.timeout_s, read_write=profile.read_write
+    site = ControllerSite(
+        wire=wire,
+        profile=profile,
+        device_id=settings.device_id,
+        timeout_s=settings.timeout_s,
+        speed_max_mm_per_s=limits.speed_max_mm_per_s,
+        frequency_max_Hz=limits.frequency_max_Hz,
+        now_s=clock.now_s,
     )
+    return settings.of_kind.link(settings.kind_settings, site)
 
 
 def open_stand(stand_file: StandFile, clock: Clock) -> Stand:
@@ -99,7 +112,7 @@ def look_at_controller(stand_file: StandFile) -> ControllerAnswer:
         If nobody answers, or what answers is not what the profile describes.
     """
     profile = stand_file.profile()
-    link = _link(stand_file, profile)
+    link = _link(stand_file, profile, WallClock())
     try:
         controller = RegisterController(link, profile, timeout_s=stand_file.controller.timeout_s)
         return ControllerAnswer(controller.identify(), controller.says_simulated())

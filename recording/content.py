@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -14,6 +14,12 @@ MAIN_STREAM = "controller"
 """The stream whose device clock is the clock of the run."""
 
 MICROSECOND_S = 1e-6
+
+
+def main_stream(names: Iterable[str]) -> str:
+    """Return which of a run's streams leads: the controller's, or the first where none moved the stand."""
+    there = list(names)
+    return MAIN_STREAM if MAIN_STREAM in there or not there else there[0]
 
 
 class RecordingFault(Exception):  # noqa: N818 - it names the fact

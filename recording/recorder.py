@@ -124,12 +124,12 @@ class RunRecorder:
 
     @property
     def written(self) -> int:
-        """Samples of the controller stream that the operating system has."""
+        """Samples of the leading stream that the operating system has."""
         return self._journal.written
 
     @property
     def durable(self) -> int:
-        """Samples of the controller stream that are on the disk (acknowledged)."""
+        """Samples of the leading stream that are on the disk (acknowledged)."""
         return self._journal.durable
 
     @property

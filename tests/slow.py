@@ -143,6 +143,7 @@ SLOW = (
     "tests/monitor/test_browser.py",
     "tests/peers/",
     "tests/public_records/",
+    "tests/record_only/",
     "tests/two_programs/",
     "tests/validation/",
     "tests/worlds/test_dose.py",

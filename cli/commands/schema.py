@@ -11,6 +11,7 @@ from bufferstand.foundation import ExitStatus
 
 NAMES = {
     "stand": "Stand file of bufferstand",
+    "recording-stand": "Stand file without a controller, for record-only mode of bufferstand",
     "campaign": "Campaign file of bufferstand",
     "specimen": "Specimen file of bufferstand",
     "limit-set": "Limit set of bufferstand",
@@ -28,8 +29,8 @@ NAMES = {
 @click.command("schema", epilog="Example:  bufferstand schema campaign > campaign.schema.json")
 @click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
 def command(name: str) -> int:
-    """Print the JSON Schema of a file: stand, campaign, specimen, limit-set, report, publication,
-    inspection, mapping, profile, model; or of the evaluation document: evaluation.
+    """Print the JSON Schema of a file: stand, recording-stand, campaign, specimen, limit-set, report,
+    publication, inspection, mapping, profile, model; or of the evaluation document: evaluation.
 
     With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
     """
@@ -51,6 +52,10 @@ def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it
             from bufferstand.drivers.stand_file import StandFile
 
             return StandFile
+        case "recording-stand":
+            from bufferstand.drivers.stand_file import RecordingStand
+
+            return RecordingStand
         case "campaign":
             from bufferstand.protocols.campaign_file import CampaignFile
 

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from bufferstand.daq.campaign_folder.run_metadata import (
         CampaignMetadata,
         run_document,
+        stream_document,
     )
     from bufferstand.daq.campaign_folder.stand_origin import (
         OWN_WORD,
@@ -123,6 +124,7 @@ __all__ = [
     "same_steps",
     "software_changes",
     "software_version",
+    "stream_document",
     "take_edits",
     "totals",
     "with_doubt",

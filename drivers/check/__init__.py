@@ -6,6 +6,7 @@ from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
     from bufferstand.drivers.check.devices import (
+        check_recording,
         check_stand,
     )
     from bufferstand.drivers.check.rows import (
@@ -20,6 +21,7 @@ __all__ = [
     "WATCH_S",
     "CheckRow",
     "Verdict",
+    "check_recording",
     "check_stand",
 ]
 

@@ -13,21 +13,24 @@ from bufferstand.drivers.check.clock import drift_row, fit_drift
 from bufferstand.drivers.check.hints import controller_hint, port_hint
 from bufferstand.drivers.check.rows import (
     CheckRow,
+    ShownLimits,
     calibration_rows,
     channels_of,
     difference_row,
     force_rows,
     rate_row,
+    shown_limits,
     thermometer_rows,
     value_row,
 )
 from bufferstand.drivers.check.samples import POLL_S, delivery_row, missed_row, sample_rate_row, watch
 from bufferstand.drivers.check.verdict import WATCH_S, Verdict
 from bufferstand.drivers.connect import build_controller
+from bufferstand.drivers.connect_recording import build_recording
 from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.controllers import FAULT_TEXTS, is_read_by_one, leeway_of, who_uses
 from bufferstand.drivers.interfaces import Controller, MotionState, SampleBlock, Sensor, SensorFault
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file import RecordingStand, StandFile
 from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import Channel, PlausibilityWatch, farthest_strokes
 
@@ -44,6 +47,8 @@ STALE_S = 5.0
 SENSOR_RATE_TOLERANCE = 0.05
 SLOW_RATE_TOLERANCE = 0.5
 """Shares by which rates may differ from those stated: amplifier, temperature sensors."""
+LISTENED_S = 3.0
+"""So long the devices of a stand without a controller are heard at most [s of wall time]."""
 _LEAST_SPAN_S = 0.5
 
 
@@ -76,6 +81,38 @@ def check_stand(
         *thermometer_rows(stand_file),
         *calibration_rows(channels_of(stand_file), today or date.today()),  # noqa: DTZ011 - the lab's day
     ]
+
+
+def check_recording(
+    stand: RecordingStand, clock: Clock, today: date | None = None, *, watch_s: float = WATCH_S
+) -> list[CheckRow]:
+    """Read the devices of a stand without a controller, as :func:`check_stand` does; streams are started.
+
+    Parameters
+    ----------
+    stand : RecordingStand
+    clock : Clock
+    today : date, optional
+        Day by which calibrations are judged; the present one without it.
+    watch_s : float
+        Wall time for which they are heard [s]; 0 leaves their rates out.
+
+    Raises
+    ------
+    BadInput
+        If a register map that one names cannot be read.
+    """
+    devices = build_recording(stand, clock)
+    limits = ShownLimits(stand.limits.force_max_kN, stand.limits.stroke_max_mm)
+    try:
+        started, rows = _start(devices.all)
+        clock.sleep(min(watch_s, LISTENED_S))
+        for sensor in started:
+            rows += _reading_rows(sensor, limits, clock, {}, watched=watch_s > 0.0)
+    finally:
+        devices.close()
+    rows += thermometer_rows(stand)
+    return [*rows, *calibration_rows(stand.channels(), today or date.today())]  # noqa: DTZ011 - the lab's day
 
 
 def check_devices(
@@ -115,7 +152,7 @@ def check_devices(
             controller.close()
         rows += refused
         for sensor in started:
-            rows += _reading_rows(sensor, stand_file, clock, forces, watched=watch_s > 0.0)
+            rows += _reading_rows(sensor, shown_limits(stand_file), clock, forces, watched=watch_s > 0.0)
     finally:
         for sensor in sensors:
             sensor.close()
@@ -160,7 +197,12 @@ def _controller_rows(
     age_s = clock.now_s() - newest.received_s
     for channel in controller.facts.channels:
         row = value_row(
-            "controller", channel, values[channel.name], stand_file, age_s=age_s, stale_after_s=STALE_S
+            "controller",
+            channel,
+            values[channel.name],
+            shown_limits(stand_file),
+            age_s=age_s,
+            stale_after_s=STALE_S,
         )
         yield _implausible(row, channel, newest)
     if farthest := farthest_strokes(values):
@@ -298,9 +340,9 @@ def _start(sensors: Sequence[Sensor]) -> tuple[list[Sensor], list[CheckRow]]:
 
 
 def _reading_rows(
-    sensor: Sensor, stand_file: StandFile, clock: Clock, forces: dict[str, float], *, watched: bool
+    sensor: Sensor, limits: ShownLimits, clock: Clock, forces: dict[str, float], *, watched: bool
 ) -> Iterator[CheckRow]:
-    name, channel = sensor.facts.name, sensor.facts.channels[0]
+    name = sensor.facts.name
     blocks, faults = _readings(sensor, clock)
     for what in dict.fromkeys(fault.what for fault in faults):
         yield CheckRow(name, "reading", "", Verdict.FAULT, what)
@@ -314,17 +356,18 @@ def _reading_rows(
     yield CheckRow(name, "identity", identity)
     if watched:
         yield from _rate_rows(sensor, blocks)
-    value = _mean_values(sensor.facts.channels, block)[channel.name]
-    if channel.quantity == "force":
-        forces[channel.name] = value
-    yield value_row(
-        name,
-        channel,
-        value,
-        stand_file,
-        age_s=clock.now_s() - block.received_s,
-        stale_after_s=max(STALE_S, 3.0 / sensor.facts.rate_Hz),
-    )
+    values = _mean_values(sensor.facts.channels, block)
+    for channel in sensor.facts.channels:
+        if channel.quantity == "force":
+            forces[channel.name] = values[channel.name]
+        yield value_row(
+            name,
+            channel,
+            values[channel.name],
+            limits,
+            age_s=clock.now_s() - block.received_s,
+            stale_after_s=max(STALE_S, 3.0 / sensor.facts.rate_Hz),
+        )
 
 
 def _readings(sensor: Sensor, clock: Clock) -> tuple[list[SampleBlock], list[SensorFault]]:

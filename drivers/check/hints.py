@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from bufferstand.drivers.controllers import find_mismatch
+from bufferstand.drivers.controllers import REGISTERS, find_mismatch
 from bufferstand.drivers.interfaces import NO_REPLY
 from bufferstand.drivers.modbus import ModbusLink, ModbusRefusal, RtuWire, TcpWire, Wire
 from bufferstand.drivers.register_maps import IDENTITY
@@ -29,6 +29,8 @@ def controller_hint(fault: DeviceFault, stand_file: StandFile) -> str:
     text = str(fault)
     if hint := port_hint(text):
         return hint
+    if stand_file.controller.kind != REGISTERS:  # its test values are found out by its own link
+        return ""
     gateway = isinstance(fault, ModbusRefusal) and fault.code in GATEWAY_CODES
     if not gateway and NO_REPLY not in text:
         return ""

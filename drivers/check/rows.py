@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import date, timedelta
 
 from bufferstand.drivers.check.verdict import Verdict
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file import RecordingStand, StandFile
 from bufferstand.foundation.channels import Channel
 
 CALIBRATION_SOON = timedelta(days=30)
@@ -54,8 +54,21 @@ class CheckRow:
     figures: Mapping[str, float] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class ShownLimits:
+    """What a stand can show at most: force [kN] and stroke [mm]; None where nothing is stated."""
+
+    force_kN: float | None
+    stroke_mm: float | None
+
+
+def shown_limits(stand_file: StandFile) -> ShownLimits:
+    """Return them of a stand with a controller."""
+    return ShownLimits(stand_file.limits.force_max_kN, stand_file.limits.stroke_max_mm)
+
+
 def value_row(
-    device: str, channel: Channel, value: float, stand_file: StandFile, *, age_s: float, stale_after_s: float
+    device: str, channel: Channel, value: float, limits: ShownLimits, *, age_s: float, stale_after_s: float
 ) -> CheckRow:
     """Return a channel's value, judged by what the stand can show and by its age.
 
@@ -67,15 +80,15 @@ def value_row(
         What was measured.
     value : float
         In the channel's unit.
-    stand_file : StandFile
-        For the stand's limits.
+    limits : ShownLimits
+        Of the stand.
     age_s, stale_after_s : float
         Age of the reading, and the age from which it counts as stale [s].
     """
-    limits = stand_file.limits
-    travel_mm = (-STROKE_SLACK_MM, limits.stroke_max_mm)
+    most_kN = math.inf if limits.force_kN is None else limits.force_kN
+    travel_mm = (-STROKE_SLACK_MM, math.inf if limits.stroke_mm is None else limits.stroke_mm)
     low, high = {
-        "force": (-0.1 * limits.force_max_kN, limits.force_max_kN),
+        "force": (-0.1 * most_kN, most_kN),
         "temperature": TEMPERATURE_RANGE_C,
         **dict.fromkeys(("stroke", "position", "command"), travel_mm),
     }.get(channel.quantity, (-math.inf, math.inf))  # of any other no range is known
@@ -140,7 +153,7 @@ def force_rows(forces: Mapping[str, float], stand_file: StandFile) -> Iterator[C
         yield CheckRow(device, f"force − {second}", f"{apart_kN:.2f} kN", verdict, remark)
 
 
-def thermometer_rows(stand_file: StandFile) -> Iterator[CheckRow]:
+def thermometer_rows(stand_file: StandFile | RecordingStand) -> Iterator[CheckRow]:
     """Yield what is remarkable about the thermometers besides their readings."""
     for device in stand_file.thermometers:
         for note in device.kind.notes(device.settings, device.folder):

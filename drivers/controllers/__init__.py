@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.drivers.controllers.catalogue import (
+        REGISTERS,
+        controller_kind,
+        controller_kinds,
+    )
     from bufferstand.drivers.controllers.cia402 import (
         FAULT_RESET,
         RESET_FORCE_MAX_KN,
@@ -25,6 +30,10 @@ if TYPE_CHECKING:
         SWITCHED_ON,
         is_read_by_one,
         who_uses,
+    )
+    from bufferstand.drivers.controllers.kind import (
+        ControllerKind,
+        ControllerSite,
     )
     from bufferstand.drivers.controllers.named_registers import (
         FAULT_TEXTS,
@@ -51,15 +60,20 @@ __all__ = [
     "FAULT_RESET",
     "FAULT_TEXTS",
     "IN_MOTION",
+    "REGISTERS",
     "RESERVE_S",
     "RESET_FORCE_MAX_KN",
     "SWITCHED_ON",
     "SWITCH_OFF",
+    "ControllerKind",
+    "ControllerSite",
     "NoticeBoard",
     "OutageLimit",
     "PollingController",
     "RegisterController",
     "RingController",
+    "controller_kind",
+    "controller_kinds",
     "find_mismatch",
     "is_read_by_one",
     "leeway_of",

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 from bufferstand.drivers.delivery_rate import FEED_S
 from bufferstand.drivers.modbus import HURRY_S, LONGER
 from bufferstand.drivers.register_maps import Profile
-from bufferstand.drivers.stand_file import ControllerSettings
 
 RESERVE_S = 0.2
 """So much of the watchdog's time is kept for the way of the feed: no later try can be in time [s]."""
 _TRIES = 3
 """Waits until a request is given up: for what was asked ahead (or a line to fall silent), and two tries."""
+
+
+class WatchedSettings(Protocol):
+    """What a stand file says of a controller's watchdog."""
+
+    @property
+    def watchdog_s(self) -> float:
+        """After so long without a heartbeat it stops by itself [s]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -74,12 +83,12 @@ class OutageLimit:
         )
 
 
-def leeway_of(settings: ControllerSettings, profile: Profile, silence_s: float = math.inf) -> OutageLimit:
+def leeway_of(settings: WatchedSettings, profile: Profile, silence_s: float = math.inf) -> OutageLimit:
     """Return the leeway of a controller.
 
     Parameters
     ----------
-    settings : ControllerSettings
+    settings : WatchedSettings
         ``[controller]`` of the stand file.
     profile : Profile
         Its register map, which says whether it has a ring.

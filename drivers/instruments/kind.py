@@ -125,6 +125,10 @@ class InstrumentKind(ABC, Generic[SettingsT]):
     """What every entry of this list must have."""
     stated: ClassVar[tuple[str, ...]] = ()
     """Class variables that such a kind states besides."""
+    sources: ClassVar[tuple[str, ...]] = ()
+    """Documents that it is made from, with edition and pages."""
+    confirmed: ClassVar[bool] = False
+    """Whether it was confirmed on hardware."""
 
     @abstractmethod
     def wire(self, settings: SettingsT, folder: Path) -> WireAddress:

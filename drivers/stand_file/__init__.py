@@ -11,6 +11,13 @@ if TYPE_CHECKING:
     from bufferstand.drivers.stand_file.loading import (
         load_stand,
     )
+    from bufferstand.drivers.stand_file.recording_stand import (
+        RecordingLimits,
+        RecordingStand,
+        acquisition_stream,
+        has_controller,
+        load_recording_stand,
+    )
     from bufferstand.drivers.stand_file.schema import (
         ControllerSettings,
         Endpoints,
@@ -22,7 +29,12 @@ if TYPE_CHECKING:
 __all__ = [
     "ControllerSettings",
     "Endpoints",
+    "RecordingLimits",
+    "RecordingStand",
     "StandFile",
+    "acquisition_stream",
+    "has_controller",
+    "load_recording_stand",
     "load_stand",
     "power_on_C",
     "wires_from",

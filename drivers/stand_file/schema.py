@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     BeforeValidator,
     Field,
     PrivateAttr,
     SerializerFunctionWrapHandler,
+    create_model,
     model_serializer,
     model_validator,
 )
 
+from bufferstand.drivers.controllers import REGISTERS, ControllerKind, controller_kind, controller_kinds
 from bufferstand.drivers.instruments import (
     STAND_FORCE_KN,
     TAGS,
@@ -131,9 +133,11 @@ class StandFileLimits(Settings):
         return {key: value for key, value in content.items() if value is not None}
 
 
-class ControllerSettings(Settings):
+class _ControllerTable(Settings):
     """The actuator controller behind Modbus TCP."""
 
+    kind: str = REGISTERS
+    """Which kind of controller; each but the first has a table of its own, ``[controller.KIND]``."""
     profile: str = "ring"
     host: str = ""
     port: int = Field(default=502, ge=1, le=65535)
@@ -149,8 +153,58 @@ class ControllerSettings(Settings):
     """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
     channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
 
+    @model_validator(mode="before")
+    @classmethod
+    def _profile_of_its_kind(cls, value: Any) -> Any:
+        """Name the profile of the kind where the file names none."""
+        if isinstance(value, dict) and "profile" not in value:
+            for kind in controller_kinds():
+                if kind.name == value.get("kind"):
+                    return {**value, "profile": kind.profile}
+        return value
+
     @model_validator(mode="after")
-    def _one_wire(self) -> ControllerSettings:
+    def _its_table(self) -> _ControllerTable:
+        names = [kind.name for kind in controller_kinds()]
+        if self.kind not in names:
+            raise WrongKeyError(f"kind = “{self.kind}” is none; there are {', '.join(names)}", "kind")
+        for kind in controller_kinds():
+            if kind.settings is None:
+                continue
+            there = getattr(self, kind.name) is not None
+            if there and self.kind != kind.name:
+                raise WrongKeyError(
+                    f"a table [controller.{kind.name}] is of kind = “{kind.name}”; write that, "
+                    "or leave it out",
+                    kind.name,
+                )
+            if self.kind == kind.name and not there:
+                raise WrongKeyError(f"kind = “{kind.name}” needs a table [controller.{kind.name}]", "kind")
+        return self
+
+    @property
+    def of_kind(self) -> ControllerKind:
+        """What it is."""
+        return controller_kind(self.kind)
+
+    @property
+    def kind_settings(self) -> Settings | None:
+        """The table of its kind."""
+        return getattr(self, self.kind, None)
+
+    @model_serializer(mode="wrap")
+    def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what only other kinds have, so that a stand file of before reads as it did."""
+        content: dict[str, Any] = handler(self)
+        if content["kind"] == REGISTERS:
+            del content["kind"]
+        for kind in controller_kinds():
+            if kind.settings is not None and content.get(kind.name) is None:
+                content.pop(kind.name, None)
+        return content
+
+    @model_validator(mode="after")
+    def _one_wire(self) -> _ControllerTable:
         if bool(self.host) == bool(self.serial):
             raise WrongKeyError("give either host (Modbus TCP) or serial (Modbus RTU)", "host", "serial")
         longest_s = LONGEST_RTU_BITS / self.baud
@@ -164,7 +218,7 @@ class ControllerSettings(Settings):
         return self
 
     @model_validator(mode="after")
-    def _channels_complete(self) -> ControllerSettings:
+    def _channels_complete(self) -> _ControllerTable:
         names = [channel.name for channel in self.channel]
         for number, channel in enumerate(self.channel):
             if channel.name in names[:number]:
@@ -191,6 +245,21 @@ class ControllerSettings(Settings):
                 "timeout_s",
             )
         return self
+
+
+if TYPE_CHECKING:
+
+    class ControllerSettings(_ControllerTable):
+        """The actuator controller, with a table of each kind."""
+
+else:
+    ControllerSettings = create_model(
+        "ControllerSettings",
+        __base__=_ControllerTable,
+        __module__=__name__,
+        __doc__=_ControllerTable.__doc__,
+        **{one.name: (one.settings | None, None) for one in controller_kinds() if one.settings is not None},
+    )
 
 
 class StandFile(Settings):

@@ -14,7 +14,7 @@ from bufferstand.evaluation.numerics import FloatArray, noise_sigma
 from bufferstand.evaluation.record import Ends, InterpolationLimits, peaks_of
 from bufferstand.foundation import BadInput, to_inside
 from bufferstand.foundation.channels import mean_of_strokes, tilt_of_strokes
-from bufferstand.recording.runfile import Run, Series
+from bufferstand.recording.runfile import Run, Series, is_record_only
 
 _STEPS_LEFT = 2.0
 """No more steps of the slower channel are left out at the ends of a record without a word."""
@@ -56,10 +56,15 @@ def channels_of(run: Run, wires: Sequence[str]) -> list[str]:
     return [*wires, "force", *(["speed"] if run.has("speed") else [])]
 
 
+def _is_foreign(run: Run) -> bool:
+    """Say whether force and stroke may come by different ways: imported, or only recorded here."""
+    return bool(run.metadata.get("original")) or is_record_only(run.metadata)
+
+
 def are_of_streams(run: Run, wires: Sequence[str]) -> bool:
     """Say whether the channels of an imported run are in different streams."""
     names = channels_of(run, wires)
-    if not run.metadata.get("original") or not all(run.has(name) for name in names):
+    if not _is_foreign(run) or not all(run.has(name) for name in names):
         return False
     return len({run.stream_of(name).name for name in names}) > 1
 
@@ -74,7 +79,7 @@ def are_apart(run: Run, wires: Sequence[str]) -> bool:
         The draw wires that make up the stroke.
     """
     names = channels_of(run, wires)
-    if not run.metadata.get("original") or not all(run.has(name) for name in names):
+    if not _is_foreign(run) or not all(run.has(name) for name in names):
         return False
     if are_of_streams(run, wires):
         return True

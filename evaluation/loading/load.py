@@ -297,7 +297,7 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         status=run.status,
         step=run.step,
         problems=(*_import_findings(run), *_empty_wires(run, used)),
-        force_uncertainty=_stated(channels["force"]) if "force" in channels else None,
+        force_uncertainty=_with_clocks(run, _stated(channels["force"])) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
         force_identity=identity_of(channels["force"], occasion) if "force" in channels else None,
         stroke_identities=tuple(identity_of(wire, occasion) for wire in there),
@@ -322,6 +322,16 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         impact_speed_km_h=_stated_number(run, "impact_speed_km_h"),
         impact_mass_t=_stated_number(run, "impact_mass_t"),
     )
+
+
+def _with_clocks(run: Run, stated: ChannelUncertainty | None) -> ChannelUncertainty | None:
+    """Return the force's uncertainty with that of its clock against the stroke's, where they are two."""
+    if stated is None or stated.u_delay_s is None or not (run.has("force") and run.has("stroke")):
+        return stated
+    u_clocks_s = run.u_clocks_s("force", "stroke")
+    if u_clocks_s == 0.0:
+        return stated
+    return stated.model_copy(update={"u_delay_s": float(np.hypot(stated.u_delay_s, u_clocks_s))})
 
 
 def _occasion(run: Run) -> Occasion:

@@ -17,7 +17,7 @@ from types import TracebackType
 from typing import Any
 
 from bufferstand.foundation import BadInput
-from bufferstand.recording.content import MAIN_STREAM
+from bufferstand.recording.content import main_stream
 from bufferstand.recording.journal.file import JournalFile
 from bufferstand.recording.journal.records import (
     DataRecord,
@@ -84,13 +84,14 @@ class SegmentedJournal:
         segment_bytes: int = SEGMENT_BYTES,
     ) -> None:
         self.written = 0
-        """Samples of the controller stream that the operating system has."""
+        """Samples of the leading stream that the operating system has."""
         self.durable = 0
-        """Samples of the controller stream that are on the disk (acknowledged)."""
+        """Samples of the leading stream that are on the disk (acknowledged)."""
         self.renewals: list[str] = []
         """Why files were given up and their unacknowledged records written again."""
         self._first, self._run_id, self._document = first, run_id, document
         self._make_file, self._segment_bytes = journal_file, segment_bytes
+        self._leading = main_stream(document.get("streams") or ())
         self._lock = threading.Lock()
         self._records = 0
         self._waiting: deque[Record] = deque()  # written, not acknowledged; the last of the records
@@ -172,7 +173,7 @@ class SegmentedJournal:
         self._frames = frames
         self._records += len(records)
         self._waiting.extend(records)
-        self.written += _samples(records)
+        self.written += _samples(records, self._leading)
 
     def _acknowledge(self, records: int, written: int) -> None:
         """Note that so many records of the run, with so many samples, are on the disk."""
@@ -228,8 +229,8 @@ class SegmentedJournal:
         self._files.append(file)
 
 
-def _samples(records: Sequence[Record]) -> int:
-    return sum(len(r.time_us) for r in records if isinstance(r, DataRecord) and r.stream == MAIN_STREAM)
+def _samples(records: Sequence[Record], stream: str) -> int:
+    return sum(len(r.time_us) for r in records if isinstance(r, DataRecord) and r.stream == stream)
 
 
 class ChainReader:

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
     from bufferstand.recording.runfile.simulated_origin import (
         HOW_KEY,
         KEY,
+        RECORD_ONLY_KEY,
         SPEED_KEY,
+        is_record_only,
         simulated_of,
     )
     from bufferstand.recording.runfile.stream import StreamData
@@ -58,6 +60,7 @@ __all__ = [
     "HOW_KEY",
     "KEY",
     "KINDS",
+    "RECORD_ONLY_KEY",
     "SPEED_KEY",
     "STATUSES",
     "TEMPORARY_SUFFIX",
@@ -74,6 +77,7 @@ __all__ = [
     "content_faults",
     "file_is_as_sealed",
     "fitting_heads",
+    "is_record_only",
     "item_values",
     "mean_stroke",
     "metadata_as_stated",

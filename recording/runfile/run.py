@@ -16,8 +16,10 @@ from bufferstand.foundation.channels import STROKE_CHANNELS, Branch, Channel, me
 from bufferstand.foundation.files import content_hash
 from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, Event, gaps_of
 from bufferstand.recording.runfile.clock_map import ClockMap
+from bufferstand.recording.runfile.drifting_clock_map import DriftingClockMap
 from bufferstand.recording.runfile.layout import ENTRY
 from bufferstand.recording.runfile.reading_apart import DatasetReader
+from bufferstand.recording.runfile.simulated_origin import is_record_only
 from bufferstand.recording.runfile.stream import StreamData
 
 _KEPT_ROWS = 1_000_000
@@ -291,9 +293,22 @@ class Run:
         return gaps_of(self.streams[stream].segments)
 
     @cached_property
-    def _clocks(self) -> ClockMap | None:
+    def _clocks(self) -> ClockMap | DriftingClockMap | None:
         device_us, host_s = self._columns("anchors", ("device_us", "host_s"))
-        return ClockMap(device_us, host_s) if host_s.size else None
+        if not host_s.size:
+            return None
+        kind = DriftingClockMap if is_record_only(self.metadata) else ClockMap
+        return kind(device_us, host_s)
+
+    def u_clocks_s(self, one: str, two: str) -> float:
+        """Return the standard uncertainty of the instants of one channel against those of another [s].
+
+        Of channels of one clock, and of runs whose anchors are few, nothing is added to their delays: 0.
+        """
+        clocks = {self.stream_of(name).clock for name in (one, two)}
+        if len(clocks) < 2 or not isinstance(self._clocks, DriftingClockMap):
+            return 0.0
+        return self._clocks.spread_s
 
     @cached_property
     def _device_stream(self) -> StreamData | None:

@@ -11,9 +11,23 @@ HOW_KEY = "simulated_by"
 """How that is known, in words."""
 SPEED_KEY = "speed"
 """Key of the table ``run``: stand time in multiples of real time, where that is not 1."""
+RECORD_ONLY_KEY = "record_only"
+"""Key of the document's table ``run``: true where another controller moved the stand, and it was recorded."""
 _IN_PROCESS = "simulated controller"
 """What the simulated controller that is reached in process calls itself in ``stand.identity.device``."""
 _WORD = "simulat"
+
+
+def is_record_only(document: Mapping[str, Any]) -> bool:
+    """Say whether a run was only recorded: another controller moved the stand.
+
+    Parameters
+    ----------
+    document : mapping
+        The run file's metadata document.
+    """
+    run = document.get("run")
+    return isinstance(run, Mapping) and run.get(RECORD_ONLY_KEY) is True
 
 
 def simulated_of(document: Mapping[str, Any]) -> bool | None:

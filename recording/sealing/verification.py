@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from bufferstand.foundation import BadInput
-from bufferstand.recording.content import MAIN_STREAM
+from bufferstand.recording.content import main_stream
 from bufferstand.recording.runfile import (
     ENTRY,
     ContentFault,
     StreamData,
     content_faults,
     file_is_as_sealed,
+    is_record_only,
     open_run,
 )
 from bufferstand.recording.sealing.journal_outline import outline
@@ -62,8 +63,10 @@ def verify_journal(journal: Path) -> list[ContentFault]:
         findings.append(ContentFault("fault", "records", text))
     elif found.end is None:
         findings.append(ContentFault("note", "records", f"the recording broke off: {found.why}"))
-    rows = found.streams[MAIN_STREAM].rows if MAIN_STREAM in found.streams else 0
-    text = f"not sealed yet, holds {rows} sample(s) of the controller; “bufferstand resume” seals it"
+    stream = main_stream(found.streams)
+    rows = found.streams[stream].rows if stream in found.streams else 0
+    seals = "bufferstand record --seal" if is_record_only(found.header["metadata"]) else "bufferstand resume"
+    text = f"not sealed yet, holds {rows} sample(s) of the {stream}; “{seals}” seals it"
     return [*findings, ContentFault("note", "journal", text)]
 
 

@@ -108,6 +108,11 @@ AMPLIFIER = (
     '[amplifier]\nprotocol = "{0}"\nport = "p"\nrate_Hz = 10.0\nrange_kN = 630.0\n[amplifier.channel]\n'
     'name = "force_2"\nquantity = "force"\nunit = "kN"\n[amplifier.{0}]\n'
 )
+RMC = (
+    '[controller.rmc]\nmodel = "rmc150"\naxis = 0\nplot = 0\nword_order = "big"\nvariables = 0\n'
+    'force = "%MD9.8"\nclear_mm = -5.0\nacceleration_mm_per_s2 = 5000.0\n'
+    "[controller.rmc.change]\namplitude = 0\noffset = 2\nramp_cycles = 1\n"
+)
 SENSOR = (
     '[sensor]\nkind = "modbus"\nport = "p"\nrate_Hz = 10.0\n[sensor.channel]\nname = "pressure_1"\n'
     'quantity = "pressure"\nunit = "bar"\n[sensor.modbus]\nmap = "dms-float"\n'
@@ -120,6 +125,7 @@ FILES: Mapping[str, tuple[type[BaseModel], str]] = {
     "aed": (StandFile, STAND + AMPLIFIER.replace("{0}", "aed")),
     "modbus": (StandFile, STAND + AMPLIFIER.replace("{0}", "modbus") + 'map = "dms-float"\n'),
     "sensor": (StandFile, STAND + SENSOR),
+    "rmc": (StandFile, STAND.replace("[controller]\n", '[controller]\nkind = "rmc"\n') + RMC),
     "ds2480b": (StandFile, STAND.replace('kind = "w1"', 'kind = "ds2480b"\nport = "p"')),
     "specimen": (SpecimenFile, SPECIMEN),
     "faults": (FaultFile, FAULTS),

@@ -15,10 +15,11 @@ import click
 
 from bufferstand.cli.options import EXISTING, FILE, FiniteRange, write_json
 from bufferstand.drivers.check import WATCH_S, Verdict
-from bufferstand.foundation import ExitStatus, WallClock
+from bufferstand.foundation import BadInput, ExitStatus, WallClock
 
 if TYPE_CHECKING:
     from bufferstand.drivers.check import CheckRow
+    from bufferstand.drivers.stand_file import RecordingStand, StandFile
 
 _MARKS = {Verdict.OK: ("ok", None), Verdict.NOTE: ("note", "yellow"), Verdict.FAULT: ("FAULT", "red")}
 _WIDE = 200
@@ -42,14 +43,25 @@ def command(stand: Path, as_json: bool, watch: float, transcript: Path | None) -
     Nothing is moved or set. Exit status 0 if all is well, 4 if a device does not answer or says what cannot
     be true, or a calibration has expired; the remarks say where to look.
     """
-    from bufferstand.drivers.check import check_stand
-    from bufferstand.drivers.stand_file import load_stand
+    from bufferstand.drivers.check import check_recording, check_stand
+    from bufferstand.drivers.stand_file import has_controller, load_recording_stand, load_stand
     from bufferstand.drivers.transcripts import record_wires
 
-    stand_file = load_stand(stand)
-    if transcript is None:
+    stand_file: RecordingStand | StandFile
+    if not has_controller(stand):
+        if transcript is not None:
+            raise BadInput(
+                "the wires of a stand without a controller are not kept",
+                file="--transcript",
+                remedy="leave it out, or use the network's own tools",
+            )
+        stand_file = load_recording_stand(stand)
+        rows = check_recording(stand_file, WallClock(), watch_s=watch)
+    elif transcript is None:
+        stand_file = load_stand(stand)
         rows = check_stand(stand_file, WallClock(), watch_s=watch)
     else:
+        stand_file = load_stand(stand)
         with record_wires(stand_file, transcript) as tapped:
             rows = check_stand(tapped, WallClock(), watch_s=watch)
     faults = sum(row.verdict is Verdict.FAULT for row in rows)

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from bufferstand.daq.guards.kinds.rate import (
         SPEED_FACTOR,
     )
+    from bufferstand.daq.guards.kinds.silence import (
+        SilenceGuard,
+    )
     from bufferstand.daq.guards.kinds.temperature import (
         TemperatureGuard,
     )
@@ -42,6 +45,7 @@ __all__ = [
     "ControllerGuard",
     "ControllerMemory",
     "SignalsGuard",
+    "SilenceGuard",
     "TemperatureGuard",
     "fault_text",
     "new_limit",

@@ -18,6 +18,7 @@ class AedKind(SerialKind[AedAmplifierSettings]):
     name = "aed"
     table = "amplifier"
     settings = AedAmplifierSettings
+    sources = ("HBM, AD104-R2/R5 operating instructions, pp. 20-24, 37-39",)
 
     def driver(self, settings: AedAmplifierSettings, site: InstrumentSite) -> Sensor:
         """Return its driver, not started yet."""

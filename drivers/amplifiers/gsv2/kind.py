@@ -18,6 +18,7 @@ class Gsv2Kind(SerialKind[Gsv2AmplifierSettings]):
     name = "gsv2"
     table = "amplifier"
     settings = Gsv2AmplifierSettings
+    sources = ("ME-Meßsysteme, GSV-2AS manual, pp. 16, 18, 29, 38",)
 
     def driver(self, settings: Gsv2AmplifierSettings, site: InstrumentSite) -> Sensor:
         """Return its driver, not started yet."""

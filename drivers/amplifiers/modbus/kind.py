@@ -35,6 +35,7 @@ EntryT = TypeVar("EntryT", bound=RegisterEntry)
 
 class _RegisterKind(SignalKind[EntryT]):
     name = "modbus"
+    sources = ("the register map that the entry names",)
 
     def driver(self, settings: EntryT, site: InstrumentSite) -> Sensor:
         """Return its driver, not started yet."""

@@ -17,7 +17,9 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from bufferstand.drivers.controllers.rmc import RmcSettings
 from bufferstand.drivers.instruments import FolderAddress, Instrument, Place, SerialAddress, TcpAddress
+from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.simulated.build import demand_possible, make_device
 from bufferstand.drivers.simulated.faults import SOCKET, FaultControl, FrameFaults, ScheduledFault
 from bufferstand.drivers.simulated.machine import SimulatedDevice, TruthLog
@@ -28,6 +30,7 @@ from bufferstand.drivers.simulated.wires import (
     ModbusStandServer,
     RegisterBank,
     Responder,
+    RmcBank,
     RtuStandServer,
     SensorWires,
     StandPace,
@@ -168,7 +171,7 @@ class StandServer:
             fault_seed=options.fault_seed,
         )
         profile = stand_file.profile()
-        bank = RegisterBank(self.device, profile, self._pace.now_s)
+        bank = self._make_bank(profile)
         device_id = stand_file.controller.device_id
         trouble = FrameFaults(self.device.faults, "controller", lambda: self.device.time_s)
         latency = self.device.latency
@@ -211,6 +214,14 @@ class StandServer:
         self._bank = bank
         for fault in options.faults:
             self._demand_possible(fault)
+
+    def _make_bank(self, profile: Profile) -> RegisterBank | RmcBank:
+        """Return the controller's registers as its kind has them on the wire."""
+        settings = self._file.controller.kind_settings
+        if isinstance(settings, RmcSettings):
+            names = [name for name, _ in profile.ring.sample if name != "tick"]
+            return RmcBank(self.device, settings, names)
+        return RegisterBank(self.device, profile, self._pace.now_s)
 
     def _register_wires(self) -> Iterator[tuple[Instrument, ModbusInstrumentWire]]:
         """Yield the wire of each instrument with registers."""
@@ -333,6 +344,8 @@ class StandServer:
         due_s = loop.time()
         while not stop.is_set():
             left = self.catch_up()
+            if isinstance(self._bank, RmcBank):
+                self._bank.run_program()
             if loop.time() >= due_s:
                 due_s = loop.time() + SLOW_WIRES_S
                 self._serve_slow_wires()

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
         CREDIT_S,
         StandPace,
     )
+    from bufferstand.drivers.simulated.wires.rmc_registers import (
+        RmcBank,
+    )
     from bufferstand.drivers.simulated.wires.sensors import (
         SensorWires,
     )
@@ -34,6 +37,7 @@ __all__ = [
     "ModbusStandServer",
     "RegisterBank",
     "Responder",
+    "RmcBank",
     "RtuStandServer",
     "SensorWires",
     "StandPace",

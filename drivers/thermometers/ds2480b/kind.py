@@ -26,6 +26,7 @@ class Ds2480bKind(Ds18b20Kind[Ds2480bSettings]):
     """A serial adapter with a DS2480B (DS9097U)."""
 
     name: ClassVar = "ds2480b"
+    sources: ClassVar = ("DS2480B data sheet", "Dallas public domain kit")
     wire_name: ClassVar = "onewire"
     settings: ClassVar = Ds2480bSettings
 

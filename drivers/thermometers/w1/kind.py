@@ -26,6 +26,10 @@ class W1Kind(Ds18b20Kind[W1Settings]):
     """The kernel's 1-Wire folder."""
 
     name: ClassVar = "w1"
+    sources: ClassVar = (
+        "DS18B20 data sheet",
+        "Linux, drivers/w1/slaves/w1_therm.c and its ABI documentation",
+    )
     wire_name: ClassVar = "w1/devices"  # as below /sys/bus
     settings: ClassVar = W1Settings
 

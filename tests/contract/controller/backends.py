@@ -22,6 +22,8 @@ from bufferstand.foundation.motions import Release
 from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 from tests.many_channels import stand_with
+from tests.peers.delta_rmc import SpecimenFacts
+from tests.peers.rmc_stand import rmc_stand
 
 BOUNDS = Bounds()
 """What the suite orders on whatever it runs; a few orders that a real stand never sees go beyond."""
@@ -144,6 +146,8 @@ def served(folder: Path, changes: dict[str, str] | None) -> Iterator[Bench]:
     path = stand_with(folder, wires=4, further=True) if changes is None else write_stand(folder, changes)
     stand = load_stand(path)
     speed = RTU_SPEED if stand.controller.serial else TCP_SPEED
+    if stand.controller.kind != "registers":
+        speed = RTU_SPEED
     if stand.profile().window is None:
         speed = min(speed, POLLED_SPEED)
     clock = WallClock(speed)
@@ -154,6 +158,19 @@ def served(folder: Path, changes: dict[str, str] | None) -> Iterator[Bench]:
             wired = with_endpoints(stand, process.served.endpoints())
             second = None if stand.controller.serial else partial(_second, wired, clock)
             yield Bench("served", controller, clock, polled=stand.profile().window is None, second=second)
+        finally:
+            controller.close()
+
+
+@contextmanager
+def of_another_author(folder: Path) -> Iterator[Bench]:
+    """An RMC that was written from the manual by somebody who had not seen the driver."""
+    with rmc_stand(folder, specimen=SpecimenFacts(k1_kN_per_mm=2.5)) as peer:
+        stand, clock = load_stand(peer.path), WallClock()
+        controller = build_controller(stand, clock)
+        try:
+            controller.connect()
+            yield Bench("another author's", controller, clock, second=partial(_second, stand, clock))
         finally:
             controller.close()
 
@@ -193,10 +210,27 @@ def real(path: Path, given: str | None, say: Say) -> Iterator[Bench]:
 
 
 RING_TO_POLLING = {'profile = "ring"': 'profile = "polling"'}
+RMC = {
+    'profile = "ring"': 'kind = "rmc"',
+    "watchdog_s = 2.0\n": """watchdog_s = 2.0
+
+[controller.rmc]
+model = "rmc150"
+axis = 0
+plot = 7
+word_order = "little"
+variables = 100
+force = "%MD9.8"
+clear_mm = -5.0
+acceleration_mm_per_s2 = 5000.0
+change = { amplitude = 0, offset = 2, ramp_cycles = 2 }
+""",
+}
 SERVED: dict[str, dict[str, str] | None] = {
     "TCP": {},
     "four wires and more over TCP": None,
     "RTU": {TCP: RTU},
     "polled over TCP": RING_TO_POLLING,
+    "RMC over TCP": RMC,
     "polled over RTU": {TCP: RTU, **RING_TO_POLLING},
 }

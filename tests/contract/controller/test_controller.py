@@ -28,6 +28,8 @@ SPEED = 20.0
         "four wires and more over TCP",
         "RTU",
         "polled over TCP",
+        "RMC over TCP",
+        "RMC of another author",
         pytest.param("polled over RTU", marks=pytest.mark.long),
         pytest.param("hardware", marks=pytest.mark.hardware),
     ],
@@ -36,6 +38,9 @@ def opened(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     folder = tmp_path_factory.mktemp("stand")
     if request.param == "in process":
         with backends.in_process(folder) as bench:
+            yield bench
+    elif request.param == "RMC of another author":
+        with backends.of_another_author(folder) as bench:
             yield bench
     elif request.param == "hardware":
         options, capture = request.config, request.config.pluginmanager.getplugin("capturemanager")

@@ -1,0 +1,81 @@
+"""A kind of acquisition device: its settings and its driver."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+from bufferstand.drivers.instruments import InstrumentSite, SampleRate, TcpAddress
+from bufferstand.drivers.interfaces import Sensor
+from bufferstand.foundation.channels import Channel
+from bufferstand.foundation.settings import Settings
+
+
+class AcquisitionDevice(Sensor, Protocol):
+    """A device that samples many channels by a clock of its own, read in a thread of its own."""
+
+    @property
+    def identity(self) -> str:
+        """Who answered; empty before it was started."""
+        ...
+
+    @property
+    def can_ask_for_stop(self) -> bool:
+        """Whether it has an output by which the stand that moves is asked to stop."""
+        ...
+
+    def ask_for_stop(self, reason: str) -> None:
+        """Set that output as soon as the wire is free; returns at once, and only the first time counts.
+
+        That it was set, or could not be, comes with :meth:`drain` as a fault or shows in ``stop_asked``.
+        """
+        ...
+
+    @property
+    def stop_asked(self) -> bool:
+        """Whether the device has taken the request."""
+        ...
+
+
+class AcquisitionSettings(Settings):
+    """An entry ``[[acquisition]]`` of a stand file; a kind adds its own keys and narrows ``kind``."""
+
+    kind: str
+    rate_Hz: SampleRate
+    """Scans a second: every channel is sampled once in each."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The channels, in the order in which they are sampled."""
+        raise NotImplementedError
+
+
+SettingsT = TypeVar("SettingsT", bound=AcquisitionSettings)
+
+
+class AcquisitionKind(ABC, Generic[SettingsT]):
+    """One kind of acquisition device. A stand file names it; everything else is asked of it.
+
+    A kind lies in a folder of its own below ``drivers/acquisition``, whose ``kind.py`` has one as ``KIND``,
+    or in another package that names it as an entry point of the group ``bufferstand.acquisition``.
+    """
+
+    name: ClassVar[str]
+    """What a stand file calls it."""
+    settings: ClassVar[type[AcquisitionSettings]]
+    """Schema of its entry, whose ``kind`` is a ``Literal`` of :attr:`name`."""
+    sources: ClassVar[tuple[str, ...]]
+    """Documents it was made from, with edition or date."""
+    confirmed: ClassVar[bool] = False
+    """Whether it was tried on hardware."""
+
+    @abstractmethod
+    def driver(self, settings: SettingsT, site: InstrumentSite) -> AcquisitionDevice:
+        """Return its driver, not started yet."""
+
+    @abstractmethod
+    def wire(self, settings: SettingsT) -> TcpAddress:
+        """Return where it is reached."""
+
+
+Kind = AcquisitionKind[Any]

@@ -1,0 +1,1 @@
+"""The kind “registers”: a controller whose register profile describes it, without code."""
