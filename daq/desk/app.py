@@ -10,6 +10,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
+from bufferstand.daq.desk.beginning import Beginning
 from bufferstand.daq.desk.campaigns import Campaigns, Start
 from bufferstand.daq.desk.commands import Commands
 from bufferstand.daq.desk.folder import Folder
@@ -44,7 +45,14 @@ def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[AS
     routes = [*_door(desk)]
     jobs = Jobs(desk)
     routes += jobs.routes()
-    pages = (Overview(desk), Prepare(desk), Check(desk, jobs), Start(desk), Campaigns(desk, jobs, host))
+    pages = (
+        Overview(desk),
+        Beginning(desk),
+        Prepare(desk),
+        Check(desk, jobs),
+        Start(desk),
+        Campaigns(desk, jobs, host),
+    )
     for page in pages:
         desk.tabs.append(page.tab)
         routes += page.routes()
