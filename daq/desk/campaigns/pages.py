@@ -25,6 +25,8 @@ LINK_S = 20.0
 REPORT = "report"
 """Folder of the report, in the campaign's."""
 SHOWN_NOTES = 30
+MOST_SHOWN = 4000
+"""So many characters of what the command has written are shown."""
 _LINK = re.compile(r"http://\S+:(\d+)/(#\S+)?")
 REPORT_HEADERS = {
     "Content-Security-Policy": (
@@ -84,7 +86,7 @@ class Campaigns:
             "campaign.html",
             title=str(record.plan.get("campaign", {}).get("title") or name),
             name=name,
-            inner=await self._inner(folder, record),
+            **await self._pieces(folder, record),
             commands={
                 "live": shown("monitor", word_of(name)),
                 "stop": shown("stop", word_of(name), "--after", "cycle"),
@@ -98,7 +100,7 @@ class Campaigns:
         name = request.query_params.get("folder", "")
         folder, record = await asyncio.to_thread(self._known, name)
         run = await asyncio.to_thread(self._desk.folder.run, folder)
-        return JSONResponse({"html": await self._inner(folder, record), "status": run.status})
+        return JSONResponse({**await self._pieces(folder, record), "status": run.status})
 
     async def live(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Serve the live page of the campaign, if it is not there yet; return its link."""
@@ -180,17 +182,21 @@ class Campaigns:
             raise BadInput("there is no campaign in this folder", file=name[:200])
         return folder, record
 
-    async def _inner(self, folder: Path, record: CampaignRecord) -> str:
+    async def _pieces(self, folder: Path, record: CampaignRecord) -> dict[str, str]:
+        """Return what changes on the page as HTML: how far it is, and what was written down."""
         run = await asyncio.to_thread(self._desk.folder.run, folder)
-        return self._desk.fragment(
+        state = self._desk.fragment(
             "campaign_state.html",
             run=run,
             steps=record.steps,
             reports=_reports(folder),
-            notes=_notes(folder),
-            log=tail_of(folder / LOG_NAME)[-4000:],
             name=self._desk.folder.name(folder),
         )
+        written = tail_of(folder / LOG_NAME)[-MOST_SHOWN:]
+        return {
+            "state": state,
+            "record": self._desk.fragment("campaign_record.html", notes=_notes(folder), log=written),
+        }
 
 
 def _reports(folder: Path) -> list[Path]:

@@ -4,7 +4,7 @@
 {
   const folder = Desk.byId("work").dataset.folder, LOOK_MS = 2000;
   const status = () => document.querySelector("[data-status]").dataset.status;
-  let shown = Desk.byId("state").innerHTML;
+  const pieces = { state: "", record: "" };
 
   function arrange() {
     const now = status(), stopped = !["running", "complete"].includes(now);
@@ -16,14 +16,17 @@
     const answer = await fetch(`/campaign/state?folder=${encodeURIComponent(folder)}`).catch(() => null);
     if (!answer?.ok) return Desk.say("The desk does not answer: has it been ended? The campaign goes on without it.", true);
     const said = await answer.json();
-    if (said.html !== shown) {
-      const before = status(), open = Desk.byId("state").querySelector("details")?.open;
-      Desk.byId("state").innerHTML = shown = said.html;
-      const log = Desk.byId("state").querySelector("details");
+    const before = status();
+    for (const name of Object.keys(pieces)) {
+      if (said[name] === pieces[name]) continue;
+      const place = Desk.byId(name), open = place.querySelector("details")?.open;
+      place.innerHTML = pieces[name] = said[name];
+      const log = place.querySelector("details");
       if (log && open) log.open = true;
-      if (before !== said.status) Desk.say(said.status === "complete" ? "The campaign is complete." : `It is ${said.status === "running" ? "running" : "not running any more"}.`);
-      arrange();
     }
+    if (before !== said.status)
+      Desk.say(said.status === "complete" ? "The campaign is complete." : `It is ${said.status === "running" ? "running" : "not running any more"}.`);
+    arrange();
   }
 
   const on = (id, what) => Desk.byId(id)?.addEventListener("click", (event) => Desk.during(event.currentTarget, what));

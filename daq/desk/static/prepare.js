@@ -89,7 +89,6 @@
       try {
         const said = await Desk.ask("/prepare/edit", named({ what: "set", path: JSON.parse(field.dataset.path), value: field.value }));
         text.value = said.text;
-        Desk.say("");
         changed();
       } catch (error) {
         unmark();
