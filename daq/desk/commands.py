@@ -7,7 +7,9 @@ goes on when the desk ends, and the campaign's folder says what became of it.
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import os
+import signal
 import subprocess
 import sys
 from asyncio.subprocess import DEVNULL, PIPE, Process
@@ -28,6 +30,7 @@ PATIENCE_S = 120.0
 """Longest wait for a command that only looks [s]."""
 MOST_LOG_BYTES = 65536
 """So much of the end of a log is shown."""
+_LIBC = ctypes.CDLL(None)
 NOISE = "bufferstand: "
 """What a message of a command begins with."""
 
@@ -109,7 +112,9 @@ class Commands:
             self.shown(*words), status, out.decode("utf-8", "replace"), said.decode("utf-8", "replace")
         )
 
-    def begin(self, log: Path, *words: str, add: bool = False) -> subprocess.Popen[bytes]:
+    def begin(
+        self, log: Path, *words: str, add: bool = False, ends_with_desk: bool = False
+    ) -> subprocess.Popen[bytes]:
         """Start a command that goes on without the desk; what it writes goes to a file of its own.
 
         Parameters
@@ -120,6 +125,8 @@ class Commands:
             The command.
         add : bool
             What the file holds already stays.
+        ends_with_desk : bool
+            It does not outlive the desk, however that ends.
 
         Raises
         ------
@@ -140,6 +147,7 @@ class Commands:
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
+                preexec_fn=_die_with_parent if ends_with_desk else None,
                 start_new_session=True,  # neither Ctrl-C nor a closed terminal of the desk is for the stand
             )
         self._begun.append(process)
@@ -157,6 +165,11 @@ def tail_of(log: Path) -> str:
 
 def _whole(words: tuple[str, ...]) -> list[str]:
     return [sys.executable, "-P", "-m", "bufferstand", *words]
+
+
+def _die_with_parent() -> None:
+    """Ask Linux for Ctrl-C when the desk is gone, also where it was killed (prctl, PR_SET_PDEATHSIG)."""
+    _LIBC.prctl(1, signal.SIGINT)
 
 
 def _modest() -> None:

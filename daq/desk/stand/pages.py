@@ -105,6 +105,7 @@ class Check:
             "findings.html",
             devices=_by_device(found["findings"]),
             faults=found["faults"],
+            notes=sum(one["verdict"] == "note" for one in found["findings"]),
             command=answer.command,
         )
         return JSONResponse({"html": shown, "faults": found["faults"]})
