@@ -7,9 +7,7 @@ goes on when the desk ends, and the campaign's folder says what became of it.
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import os
-import signal
 import subprocess
 import sys
 from asyncio.subprocess import DEVNULL, PIPE, Process
@@ -30,7 +28,15 @@ PATIENCE_S = 120.0
 """Longest wait for a command that only looks [s]."""
 MOST_LOG_BYTES = 65536
 """So much of the end of a log is shown."""
-_LIBC = ctypes.CDLL(None)
+_WITH_PARENT = (
+    "-c",
+    (
+        "import ctypes, runpy, signal; ctypes.CDLL(None).prctl(1, signal.SIGINT);"
+        "runpy.run_module('bufferstand', run_name='__main__', alter_sys=True)"
+    ),
+)
+"""Runs the command so that Linux gives it Ctrl-C when the desk is gone, also where that was killed
+(prctl, PR_SET_PDEATHSIG)."""
 NOISE = "bufferstand: "
 """What a message of a command begins with."""
 
@@ -95,8 +101,10 @@ class Commands:
         """Run a command to its end and return what it said; one that takes too long is ended."""
         async with self._free:
             process = await asyncio.create_subprocess_exec(
-                *_whole(words), cwd=self._folder, stdin=DEVNULL, stdout=PIPE, stderr=PIPE, preexec_fn=_modest
+                *_whole(words), cwd=self._folder, stdin=DEVNULL, stdout=PIPE, stderr=PIPE
             )
+            with suppress(ProcessLookupError):
+                os.setpriority(os.PRIO_PROCESS, process.pid, NICE)
             try:
                 async with asyncio.timeout(patience_s):
                     out, said = await process.communicate()
@@ -142,12 +150,11 @@ class Commands:
             raise BadInput(f"cannot be written: {error.strerror}", file=error.filename or log) from None
         with os.fdopen(handle, "wb") as stream:
             process = subprocess.Popen(
-                _whole(words),
+                _whole(words, _WITH_PARENT if ends_with_desk else ("-m", "bufferstand")),
                 cwd=self._folder,
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
-                preexec_fn=_die_with_parent if ends_with_desk else None,
                 start_new_session=True,  # neither Ctrl-C nor a closed terminal of the desk is for the stand
             )
         self._begun.append(process)
@@ -163,17 +170,8 @@ def tail_of(log: Path) -> str:
     return ""
 
 
-def _whole(words: tuple[str, ...]) -> list[str]:
-    return [sys.executable, "-P", "-m", "bufferstand", *words]
-
-
-def _die_with_parent() -> None:
-    """Ask Linux for Ctrl-C when the desk is gone, also where it was killed (prctl, PR_SET_PDEATHSIG)."""
-    _LIBC.prctl(1, signal.SIGINT)
-
-
-def _modest() -> None:
-    os.nice(NICE)
+def _whole(words: tuple[str, ...], how: tuple[str, ...] = ("-m", "bufferstand")) -> list[str]:
+    return [sys.executable, "-P", *how, *words]
 
 
 async def _end(process: Process) -> None:

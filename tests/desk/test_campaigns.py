@@ -30,7 +30,9 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     laboratory(tmp_path)
     demo = tmp_path / "demo.toml"
     text = demo.read_text()
-    demo.write_text(text[: text.index("# First, while")].replace('title = "', f"title = '{HACK}' # \"") + LONG)
+    demo.write_text(
+        text[: text.index("# First, while")].replace('title = "', f"title = '{HACK}' # \"") + LONG
+    )
     yield tmp_path
     if is_running(tmp_path / "out"):
         bufferstand("stop", tmp_path / "out")
@@ -80,7 +82,11 @@ def test_it_outlives_the_desk_and_the_next_desk_finds_and_stops_it(folder: Path)
         assert "#" in live["link"]
         status, said = first.post("/start", {"campaign": "demo.toml", "out": "out", "specimen": "A-105-E-01"})
         assert (status, "is there already" in said["problem"]) == (409, True)
-        pages = [pid for pid in children_of(first.process.pid) if b"monitor" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        pages = [
+            pid
+            for pid in children_of(first.process.pid)
+            if b"monitor" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        ]
         assert len(pages) == 1
     until(lambda: ended(pages[0]))
     assert is_running(folder / "out"), "the campaign goes on without the desk"
@@ -94,7 +100,9 @@ def test_it_outlives_the_desk_and_the_next_desk_finds_and_stops_it(folder: Path)
         whole = second.request("GET", "/campaign?folder=out")[2]
         assert "<img" not in whole
         assert "&lt;img src=x" in whole
-        status, said = second.post("/campaign/note", {"folder": "out", "text": f"--help {HACK}", "who": "A. Smith"})
+        status, said = second.post(
+            "/campaign/note", {"folder": "out", "text": f"--help {HACK}", "who": "A. Smith"}
+        )
         assert (status, said["said"]) == (200, "noted")
         status, said = second.post("/campaign/stop", {"folder": "out", "after": "cycle"})
         assert status == 200
@@ -112,7 +120,9 @@ def test_a_desk_that_is_killed_takes_its_own_pages_with_it_and_no_campaign(folde
         start(desk)
         desk.post("/campaign/live", {"folder": "out"})
         page = next(
-            pid for pid in children_of(desk.process.pid) if b"monitor" in Path(f"/proc/{pid}/cmdline").read_bytes()
+            pid
+            for pid in children_of(desk.process.pid)
+            if b"monitor" in Path(f"/proc/{pid}/cmdline").read_bytes()
         )
         desk.process.send_signal(signal.SIGKILL)
         desk.process.wait()
@@ -124,7 +134,9 @@ def test_a_campaign_that_was_killed_is_said_to_be_broken_off(folder: Path) -> No
     with served(folder) as desk:
         start(desk)
         (run,) = [
-            pid for pid in children_of(desk.process.pid) if b"run" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+            pid
+            for pid in children_of(desk.process.pid)
+            if b"run" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
         ]
         os.kill(run, signal.SIGKILL)
         until(lambda: state(desk)["status"] == "killed")

@@ -145,7 +145,8 @@ def test_what_is_typed_becomes_a_value(kind: Any, said: str, value: Any) -> None
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"), [("number", "fast"), ("number", "nan"), ("integer", "1.5"), ("boolean", "yes"), ("list", "a")]
+    ("kind", "said"),
+    [("number", "fast"), ("number", "nan"), ("integer", "1.5"), ("boolean", "yes"), ("list", "a")],
 )
 def test_what_is_no_value_is_refused(kind: Any, said: str) -> None:
     with pytest.raises(BadInput):

@@ -98,7 +98,9 @@ def test_across_sites_nothing_is_done(desk: Served, path: str, headers: dict[str
 
 @pytest.mark.parametrize("path", MOVES)
 @pytest.mark.parametrize("address", ["192.168.1.7", "10.0.0.1", "fe80::1", "::ffff:192.168.1.7"])
-def test_from_another_address_nothing_moves_whatever_the_token(tmp_path: Path, path: str, address: str) -> None:
+def test_from_another_address_nothing_moves_whatever_the_token(
+    tmp_path: Path, path: str, address: str
+) -> None:
     laboratory(tmp_path)
     before = files(tmp_path)
     status, said = asyncio.run(asked(tmp_path, path, MOVES[path], address))
@@ -117,7 +119,7 @@ def test_from_another_address_one_may_still_plan_with_the_token(tmp_path: Path) 
 async def asked(folder: Path, path: str, content: Any, address: str) -> tuple[int, Any]:
     """Ask the application as a browser at another address would, with the token for control."""
     access = Access(Tokens(view="look", control=TOKEN), loopback=False)
-    app, _ = desk_app(Folder(folder), access, "0.0.0.0", "c")  # noqa: S104 - nothing is bound here
+    app, _ = desk_app(Folder(folder), access, "0.0.0.0", "c")
     admitted = access.admit(TOKEN)
     assert admitted is not None
     host = b"192.168.1.2:8420"
