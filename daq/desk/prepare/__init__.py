@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bufferstand.daq.desk.prepare.pages import (
         Prepare,
     )
-    from bufferstand.daq.desk.prepare.plan_view import (
+    from bufferstand.daq.desk.prepare.planned_steps import (
         plan_view,
     )
 

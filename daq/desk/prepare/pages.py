@@ -20,7 +20,7 @@ from starlette.routing import Route
 from bufferstand.daq.desk.commands import word_of
 from bufferstand.daq.desk.prepare.edits import NEW_STEPS, add_step, changed, toml_content_of, without_step
 from bufferstand.daq.desk.prepare.fields import Field, Group, groups_of, value_of
-from bufferstand.daq.desk.prepare.plan_view import plan_view
+from bufferstand.daq.desk.prepare.planned_steps import plan_view
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import replaced_whole
