@@ -13,7 +13,7 @@ from bufferstand.foundation import BadInput
 
 LOG_NAME = "desk.log"
 """What the command has written, in the campaign's folder: whoever opens the desk later reads it there."""
-BEGIN_S = 45.0
+BEGIN_S = 180.0
 """So long a command may take until the campaign answers or it has ended [s]."""
 LOOK_S = 0.2
 
