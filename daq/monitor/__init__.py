@@ -23,11 +23,15 @@ if TYPE_CHECKING:
     from bufferstand.daq.monitor.server import (
         serve,
     )
+    from bufferstand.daq.monitor.staying import (
+        end_page,
+    )
 
 __all__ = [
     "Address",
     "bind",
     "demand_libraries",
+    "end_page",
     "is_loopback",
     "links",
     "new_tokens",

@@ -22,6 +22,7 @@ from typing import Any
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
 from bufferstand.daq.monitor.sample_rows import RowBuffer, finite
+from bufferstand.daq.motions import SafeStopReport
 from bufferstand.daq.operator import CampaignProgress
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.foundation import bind_for_oneself
@@ -140,10 +141,17 @@ class Publisher:
         except Exception as error:  # noqa: BLE001 - whatever is wrong with showing it, the campaign goes on
             self._give_up(error)
 
-    def end(self, status: str, reason: str) -> None:
+    def end(self, status: str, reason: str, stop: SafeStopReport | None = None) -> None:
         """Tell how the campaign ended, also those that are behind, and let everybody go.
 
         For after the safe stop: it may take :data:`LAST_WORD_S`.
+
+        Parameters
+        ----------
+        status, reason : str
+            Of the campaign.
+        stop : SafeStopReport, optional
+            What the stand was seen to be; None where it was not touched.
         """
         if self._server is None:
             return
@@ -151,7 +159,8 @@ class Publisher:
             self._accept()
             for listener in self._listeners:
                 listener.wire.settimeout(LAST_WORD_S / len(self._listeners))
-            self._send_all({"end": {"status": status, "reason": reason}, **self._shown()})
+            seen = None if stop is None else {"safe": stop.safe, "line": stop.line}
+            self._send_all({"end": {"status": status, "reason": reason, "stand": seen}, **self._shown()})
         except Exception as error:  # noqa: BLE001 - as above
             self._give_up(error)
         self.close()
