@@ -21,7 +21,7 @@ from typing import Any
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
-from bufferstand.daq.monitor.sample_rows import RowBuffer, finite
+from bufferstand.daq.monitor.sample_rows import RowBuffer, channels_of, finite
 from bufferstand.daq.motions import SafeStopReport
 from bufferstand.daq.operator import CampaignProgress
 from bufferstand.daq.scaling import ScaledBlock
@@ -86,6 +86,7 @@ class Publisher:
         self._progress: CampaignProgress | None = None
         self._guards: GuardSet | None = None
         self._guards_text: Any = None
+        self._channels: list[dict[str, Any]] = []
         self._at_s = 0.0
         self._due_s = self._margins_due_s = wall_s()
 
@@ -189,6 +190,9 @@ class Publisher:
         return {"progress": content}
 
     def _packet(self, acquisition: Acquisition, now_s: float) -> dict[str, Any]:
+        if not self._channels:
+            stand = acquisition.stand
+            self._channels = channels_of((stand.controller.facts, *(one.facts for one in stand.sensors)))
         rows, extremes = self._rows.take()
         latest, trip = acquisition.latest, acquisition.panel.trip
         if acquisition.panel.guards is not self._guards:
@@ -228,7 +232,7 @@ class Publisher:
         """Send a packet with what only this listener lacks; return whether it is still there."""
         own: dict[str, Any] = {"dropped": listener.dropped}
         if not listener.begun:
-            own["schema"] = SCHEMA
+            own |= {"schema": SCHEMA, "channels": self._channels}
         if listener.lines:
             own["lines"] = list(listener.lines)
         if listener.readings:
