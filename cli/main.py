@@ -27,6 +27,7 @@ except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOP
 COMMANDS = {
     "demo": "The paper's campaign, shortened, on the simulated stand: runs, evaluation, report.",
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
+    "desk": "Prepare, check, start, watch and judge campaigns in the browser.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
@@ -52,7 +53,7 @@ COMMANDS = {
 }
 
 SECTIONS = {
-    "Start here": ("demo", "samples"),
+    "Start here": ("demo", "samples", "desk"),
     "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": (
         "runs",
@@ -72,7 +73,7 @@ SECTIONS = {
 """The commands in the order of the work; those that are named nowhere come last."""
 
 _GROUPS = {
-    "campaign": ("demo", "plan", "run", "resume", "monitor", "stop", "note"),
+    "campaign": ("demo", "desk", "plan", "run", "resume", "monitor", "stop", "note"),
     "stand": ("check", "simulate-stand", "fault"),
     "recordings": (
         "import",

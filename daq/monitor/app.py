@@ -108,8 +108,10 @@ class Gate:
 
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
+                given = list(message.get("headers", []))
+                stated = {name for name, _ in given}  # a page that needs a policy of its own has stated it
                 added = [(k.lower().encode(), v.encode()) for k, v in security_headers(host).items()]
-                message["headers"] = [*message.get("headers", []), *added]
+                message["headers"] = [*given, *(one for one in added if one[0] not in stated)]
             await send(message)
 
         await self._app(scope, receive, with_headers)

@@ -107,19 +107,35 @@ def bind(address: Address) -> socket.socket:
     raise AssertionError("there is at least one port to try")
 
 
-def links(listener: socket.socket, tokens: Tokens) -> list[str]:
-    """Return what the operator is told: where the page is, and what opens it. Said once."""
+def links(
+    listener: socket.socket,
+    tokens: Tokens,
+    *,
+    what: str = "live monitor",
+    acting: str = "with stop and notes",
+) -> list[str]:
+    """Return what the operator is told: where the page is, and what opens it. Said once.
+
+    Parameters
+    ----------
+    listener : socket
+        Bound.
+    tokens : Tokens
+        What opens the page.
+    what, acting : str
+        The page, and what can be done with the link for control.
+    """
     host, port = listener.getsockname()[:2]
     everywhere = host in ("0.0.0.0", "::")
     name = socket.gethostname() if everywhere else f"[{host}]" if ":" in host else host
     base = f"http://{name}:{port}/"
     said = []
     if tokens.free_view:
-        said.append(f"live monitor, to look on (from this computer): {base}")
+        said.append(f"{what}, to look on (from this computer): {base}")
     elif tokens.view:
-        said.append(f"live monitor, to look on: {base}#{tokens.view}")
+        said.append(f"{what}, to look on: {base}#{tokens.view}")
     if tokens.control:
-        said.append(f"live monitor, with stop and notes: {base}#{tokens.control}")
+        said.append(f"{what}, {acting}: {base}#{tokens.control}")
     if not is_loopback(host):
         said.append("whoever has a link can use it, and the network can read along: use it in the lab only")
     return said

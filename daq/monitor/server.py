@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO, TypeGuard
 
 import uvicorn
+from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bufferstand.daq.monitor.access import Access, Tokens, is_loopback
@@ -94,6 +95,36 @@ def _host(connection: Any) -> str:
     return str(client[0]) if client else ""
 
 
+def web_server(app: ASGIApp) -> uvicorn.Server:
+    """Return a server of an application, with limits on what strangers can make it hold.
+
+    What it and its event loop log goes to standard error, a bounded part of it.
+    """
+    for name in ("uvicorn", "asyncio"):
+        logging.getLogger(name).handlers = [BoundedLog()]
+        logging.getLogger(name).propagate = False
+    return uvicorn.Server(
+        uvicorn.Config(
+            app,
+            http=ImpatientProtocol,
+            ws="websockets-sansio",
+            ws_max_size=1024,
+            ws_ping_interval=10.0,
+            ws_ping_timeout=10.0,
+            ws_per_message_deflate=False,
+            h11_max_incomplete_event_size=MOST_HEAD_BYTES,
+            limit_concurrency=2 * MOST_CONNECTIONS,  # those that leave are counted until they are gone
+            timeout_keep_alive=5,
+            timeout_graceful_shutdown=1,
+            lifespan="off",
+            log_config=None,
+            access_log=False,
+            proxy_headers=False,
+            server_header=False,
+        )
+    )
+
+
 async def serve(
     folder: Path,
     listener: socket.socket,
@@ -121,34 +152,12 @@ async def serve(
         Told when it stays though that is done, because somebody has the page open
         (:mod:`bufferstand.daq.monitor.staying`); without it, it never does.
     """
-    for name in ("uvicorn", "asyncio"):
-        logging.getLogger(name).handlers = [BoundedLog()]
-        logging.getLogger(name).propagate = False
     host, port = listener.getsockname()[:2]
     view = View()
     access = Access(tokens, loopback=is_loopback(host))
     follower = Follower(folder, view, results=results)
     pages = Pages(follower, access, Actions(folder), port)
-    server = uvicorn.Server(
-        uvicorn.Config(
-            pages.app(),
-            http=ImpatientProtocol,
-            ws="websockets-sansio",
-            ws_max_size=1024,
-            ws_ping_interval=10.0,
-            ws_ping_timeout=10.0,
-            ws_per_message_deflate=False,
-            h11_max_incomplete_event_size=MOST_HEAD_BYTES,
-            limit_concurrency=2 * MOST_CONNECTIONS,  # those that leave are counted until they are gone
-            timeout_keep_alive=5,
-            timeout_graceful_shutdown=1,
-            lifespan="off",
-            log_config=None,
-            access_log=False,
-            proxy_headers=False,
-            server_header=False,
-        )
-    )
+    server = web_server(pages.app())
     following = asyncio.create_task(follower.run())
     ending = None
     if until is not None:

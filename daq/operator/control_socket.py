@@ -43,7 +43,7 @@ def listening(folder: Path, request: StopRequest) -> Iterator[None]:
         If a campaign that is running answers there already.
     """
     path = folder / SOCKET_NAME
-    if path.exists() and _answers(path):
+    if is_running(folder):
         raise BadInput(
             "a campaign is running in this folder already",
             file=folder,
@@ -94,6 +94,12 @@ def ask(folder: Path, message: dict[str, str]) -> str | None:
     if not reply["ok"]:
         raise BadInput(reply["text"])
     return str(reply["text"])
+
+
+def is_running(folder: Path) -> bool:
+    """Return whether a campaign runs in a folder: it answers at its socket."""
+    path = folder / SOCKET_NAME
+    return path.exists() and _answers(path)
 
 
 def _answers(path: Path) -> bool:
