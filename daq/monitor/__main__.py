@@ -63,6 +63,9 @@ def main() -> None:
     os.nice(NICE)
     resource.setrlimit(resource.RLIMIT_DATA, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(
+        signal.SIGTERM, lambda *_: None
+    )  # uvicorn ends by it, and raises it again: all is to be tidied
     line = b""
     while not line.endswith(b"\n"):  # unbuffered: what follows is for the loop
         byte = os.read(sys.stdin.fileno(), 1)

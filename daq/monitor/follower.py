@@ -78,6 +78,7 @@ class Follower:
         self._tail: JournalTail | None = None
         self._heard_at: dict[str, float] = {}
         self.source: Source = "waiting"
+        self._was_recording = False
         self._looking = asyncio.Lock()
         self._stopping = False
         """Whether it ends before its plan does: nothing is foretold then."""
@@ -219,6 +220,9 @@ class Follower:
             self._remember(packet["at_s"], packet["extremes"], packet.get("values", {}))
             if packet.get("recording"):
                 self._collect(packet["rows"])
+            elif self._was_recording:
+                self._cycles.end()
+            self._was_recording = bool(packet.get("recording"))
             self._pace.append((packet["wall_s"], packet["at_s"]))
             self._view.add_rows(packet["rows"])
         self._stopping = bool(packet.get("trip") or self._progress.get("stop_asked"))

@@ -31,6 +31,9 @@ BEHIND = 0.05
 """So much of a cycle's duration must have come behind its end, for the turning point there to be known."""
 SAME = 0.3
 """A cycle that begins so much of its duration before the end of the last one is that one, fitted again."""
+FULL = 0.98
+"""The trend is that of cycles of the full amplitude, within the share by which steady ones agree: a sine that
+grows or fades beside them is none of them."""
 BEYOND = ("amplitude_mm", "frequency_Hz", "force_max_kN")
 """Quantities that the page shows beside those that the catalogue names for it."""
 
@@ -98,6 +101,7 @@ class LiveCycles:
         self._asked_for = 0
         self._step = _Step(0)
         self._delay_s: dict[str, float] = {}
+        self._over = False
         self.changed = False
         self.epoch = 0
         """Changes whenever what was collected is forgotten: figures of before are then of no use."""
@@ -117,12 +121,18 @@ class LiveCycles:
 
     def _forget(self) -> None:
         self._parts, self._size, self._done_s, self._asked_for = [], 0, -np.inf, 0
+        self._over = False
         self.epoch += 1
+
+    def end(self) -> None:
+        """Know that no more comes of this run: its last cycle may end with the samples."""
+        self._over, self._asked_for = bool(self._parts), 0
 
     def add(self, rows: Mapping[str, Any]) -> None:
         """Take rows of samples as pages get them."""
         if not rows:
             return
+        self._over = False
         time_s = rows["t0_us"] / 1e6 + np.asarray(rows["t"], dtype=np.float64) / 1e4
         if self._parts and time_s[0] < self._parts[-1].time_s[-1]:
             self._forget()  # another controller, or its clock was set
@@ -163,7 +173,8 @@ class LiveCycles:
     def evaluate(self, stretch: Stretch) -> list[Seen]:
         """Return the complete cycles in some samples that are not known yet; may take a while."""
         delays_s = (self._delay_s.get("stroke", 0.0), self._delay_s.get("force", 0.0))
-        return [one for one in evaluate_stretch(stretch, *delays_s) if self._is_new(one)]
+        found = evaluate_stretch(stretch, *delays_s, behind=0.0 if self._over else BEHIND)
+        return [one for one in found if self._is_new(one)]
 
     def _is_new(self, one: Seen) -> bool:
         return one.start_s > self._done_s - SAME * (one.end_s - one.start_s)
@@ -209,8 +220,10 @@ class LiveCycles:
     def sections(self) -> dict[str, Any]:
         """Return what the page shows: the newest cycles, their trend, and the last loops."""
         step = self._step
+        largest = max((row["amplitude_mm"] or 0.0 for row in step.trend), default=0.0)
+        full = [row for row in step.trend if (row["amplitude_mm"] or 0.0) >= FULL * largest]
         trend = {
-            name: [[row["n"], row[name]] for row in step.trend if row.get(name) is not None]
+            name: [[row["n"], row[name]] for row in full if row.get(name) is not None]
             for name in (*(one["name"] for one in columns()), "temperature_C")
         }
         return {
@@ -225,7 +238,9 @@ class LiveCycles:
         return self._size + len(step.rows) + len(step.trend) + sum(len(one["s"]) for one in step.loops)
 
 
-def evaluate_stretch(stretch: Stretch, stroke_delay_s: float = 0.0, force_delay_s: float = 0.0) -> list[Seen]:
+def evaluate_stretch(
+    stretch: Stretch, stroke_delay_s: float = 0.0, force_delay_s: float = 0.0, behind: float = BEHIND
+) -> list[Seen]:
     """Return the complete cycles in a stretch of samples with their figures, in order.
 
     Parameters
@@ -234,6 +249,8 @@ def evaluate_stretch(stretch: Stretch, stroke_delay_s: float = 0.0, force_delay_
         As told: time stamps as received.
     stroke_delay_s, force_delay_s : float
         Their values were true so long before their stamps [s].
+    behind : float
+        So much of a cycle's duration must lie behind its end.
 
     Returns
     -------
@@ -259,7 +276,7 @@ def evaluate_stretch(stretch: Stretch, stroke_delay_s: float = 0.0, force_delay_
     names = [one["name"] for one in columns()] + list(BEYOND)
     seen = []
     for (cycle, _), result in zip(whole, results, strict=True):
-        if cycle.end_s + BEHIND * cycle.duration_s > time_s[-1]:
+        if cycle.end_s + behind * cycle.duration_s > time_s[-1]:
             continue
         begin, end = np.searchsorted(time_s, [cycle.start_s, cycle.end_s])
         missing = "; ".join(dict.fromkeys(result.missing[name] for name in names if name in result.missing))

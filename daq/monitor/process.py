@@ -184,6 +184,8 @@ class WebProcess:
 
     def end(self) -> None:
         """Let it end with the campaign; it tells its pages first, or stays for them."""
+        if self._ending:
+            return
         self._ending = True
         if self._process.stdin is not None:
             with suppress(OSError):

@@ -243,7 +243,7 @@ function head() {
   else if (stale && kind === "live") alarm = `No new sample for ${old.toFixed(1)} s. What you see is old.`;
   else if (now?.trip && !finished) alarm = `Stopping: ${now.trip.reason}. The stand has not been seen to be safe yet.`;
   else if (now?.stop_asked && !finished) alarm = `${upper(now.stop_asked)}. The stand still moves.`;
-  else if (end && (end.status !== "complete" || end.stand?.safe === false)) alarm = `${ended(end.status, end.reason)} ${!end.stand ? "The stand was not touched." : end.stand.safe ? "The stand was seen to be safe:" : "THE STAND WAS NOT SEEN TO BE SAFE: look at it."} ${end.stand?.line || ""}`.trim();
+  else if (end && (end.status !== "complete" || end.stand?.safe === false)) alarm = `${ended(end.status, end.reason)} ${!end.stand ? "The stand was not touched." : end.stand.safe ? "The stand was seen to be safe:" : "THE STAND WAS NOT SEEN TO BE SAFE: look at it."} ${(end.stand?.line || "").replace(/^safe stop: /, "")}`.trim();
   else if (kind === "finished" && c && c.status !== "complete" && c.reason) alarm = ended(c.status, c.reason);
   else if (problem) alarm = problem;
   put("status", text);

@@ -6,11 +6,11 @@ export function zoneName() { return zone ? zone.name || `UTC${zone.offset_min < 
 
 function written(date, options) {
   if (isNaN(date)) return "";
-  if (!zone) return date.toLocaleString("en-GB", { ...options, hour12: false });
+  if (!zone) return date.toLocaleString("sv-SE", { ...options, hour12: false });
   try {
-    if (zone.name) return date.toLocaleString("en-GB", { ...options, hour12: false, timeZone: zone.name });
+    if (zone.name) return date.toLocaleString("sv-SE", { ...options, hour12: false, timeZone: zone.name });
   } catch { /* a name that this browser does not know: by the offset */ }
-  return new Date(date.getTime() + 60000 * zone.offset_min).toLocaleString("en-GB", { ...options, hour12: false, timeZone: "UTC" });
+  return new Date(date.getTime() + 60000 * zone.offset_min).toLocaleString("sv-SE", { ...options, hour12: false, timeZone: "UTC" });
 }
 export function clock(when, seconds = true) {
   return written(new Date(when), { hour: "2-digit", minute: "2-digit", ...(seconds ? { second: "2-digit" } : {}) });
