@@ -1,4 +1,4 @@
-"""The desk's application: its pages in the order of the work, its files, and how a token becomes a session."""
+"""The desk's application: its pages in the order of the work, its files, how a token becomes a session."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from starlette.types import ASGIApp
 from bufferstand.daq.desk import overview
 from bufferstand.daq.desk.commands import Commands
 from bufferstand.daq.desk.folder import Folder
+from bufferstand.daq.desk.results import Archive, Results
 from bufferstand.daq.desk.shell import Desk, refusal, text_of
 from bufferstand.daq.monitor import Access, Gate
 
 WRONG_TOKEN_S = 0.5
 """A wrong token is answered so late [s]."""
-PARTS: tuple[str, ...] = ()
+PARTS: tuple[str, ...] = ("bufferstand.daq.desk.results",)
 """Packages with pages of their own, and their ``templates`` and ``static``."""
 
 
@@ -38,6 +39,9 @@ def desk_app(folder: Folder, access: Access, cookie: str) -> ASGIApp:
     routes = [*_door(desk)]
     desk.tabs.append(overview.TAB)
     routes += overview.Overview(desk).routes()
+    for part in (Results(desk), Archive(desk)):
+        desk.tabs.append(part.tab)
+        routes += part.routes()
     return Gate(Starlette(routes=routes), access)
 
 

@@ -1,4 +1,4 @@
-"""What lies in the desk's folder: stands, specimens, campaigns, and the folders of campaigns that were run."""
+"""What lies in the desk's folder: stands, specimens, campaigns, and folders of campaigns that were run."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ export const css = (name) => getComputedStyle(document.documentElement).getPrope
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
 // uPlot draws in device pixels; a line drawn as it comes, from each point to the next, a gap where one is null
-function drawnAsItComes(u, index) {
+export function drawnAsItComes(u, index) {
   let path;
   uPlot.orient(u, index, (series, xs, ys, scaleX, scaleY, posX, posY, left, top, width, height) => {
     path = new Path2D();
@@ -20,7 +20,7 @@ function drawnAsItComes(u, index) {
   return path ? { stroke: path, fill: null, clip: null, band: null, gaps: null, flags: 2 } : null;
 }
 
-function axis(label, more = {}) {
+export function axis(label, more = {}) {
   return {
     label, labelFont: FONT, font: FONT, labelSize: 22, size: 46, labelGap: 0, gap: 4,
     stroke: () => css("--soft"), grid: { stroke: () => css("--grid"), width: 1 },
