@@ -46,11 +46,11 @@ class _Level:
             for kept in self._values.values():
                 kept[:, place] = np.nan
         for name, (low, high) in extremes.items():
-            kept = self._of(name)
-            if kept is None:
+            values = self._of(name)
+            if values is None:
                 continue
-            kept[0, place] = np.fmin(kept[0, place], low)
-            kept[1, place] = np.fmax(kept[1, place], high)
+            values[0, place] = np.fmin(values[0, place], low)
+            values[1, place] = np.fmax(values[1, place], high)
 
     def _of(self, name: str) -> NDArray[np.float64] | None:
         known = self._values.get(name)

@@ -30,7 +30,7 @@ def channels_of(streams: Iterable[StreamFacts]) -> list[dict[str, Any]]:
     list of dict
         ``name``, ``quantity``, ``unit``, ``delay_s``, in the stand file's order.
     """
-    found = [
+    found: list[dict[str, Any]] = [
         {"name": one.name, "quantity": one.quantity, "unit": one.unit, "delay_s": one.delay_s}
         for facts in streams
         for one in facts.channels

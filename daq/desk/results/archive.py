@@ -8,6 +8,7 @@ import io
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from bufferstand.daq.desk.results.chosen import RUN_SUFFIX
 from bufferstand.daq.desk.results.run_page import run_facts
 from bufferstand.daq.desk.shell import Desk, Tab, refusal
 from bufferstand.foundation import BadInput
@@ -148,6 +150,7 @@ class Archive:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._list = RunList(desk.folder.root)
+        self._opened: asyncio.Task[None] | None = None
 
     def routes(self) -> list[Route]:
         """Return its routes."""
@@ -170,9 +173,16 @@ class Archive:
     async def _found(self, request: Request) -> tuple[list[Row], int]:
         asked = request.query_params
         rows = await asyncio.to_thread(self._list.rows)
+        if self._opened is None and rows:
+            self._opened = asyncio.create_task(asyncio.to_thread(self._open_one, rows[0].facts["path"]))
         sort, down = asked.get("sort", "started_utc"), asked.get("down", "1") != "0"
         words, where = asked.get("words", "")[:LONGEST], asked.get("where", "")
         return await asyncio.to_thread(found_in, rows, words, where, sort, down=down), len(rows)
+
+    def _open_one(self, name: str) -> None:
+        """Open a run that nobody has asked for yet: what reads them takes a moment to load."""
+        with suppress(BadInput, OSError):
+            run_facts(self._desk.folder.inside(name, RUN_SUFFIX))
 
     async def search(self, request: Request) -> Response:
         """Give a page of the runs that match."""
@@ -208,7 +218,7 @@ class Archive:
 
     async def run(self, request: Request) -> Response:
         """Show what is on record of one run."""
-        path = self._desk.folder.inside(request.query_params.get("path", ""), ".h5")
+        path = self._desk.folder.inside(request.query_params.get("path", ""), RUN_SUFFIX)
         facts = await asyncio.to_thread(run_facts, path)
         name = self._desk.folder.name(path)
         return self._desk.page(

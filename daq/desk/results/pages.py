@@ -21,7 +21,7 @@ from bufferstand.daq.desk.results.evaluations import (
     evaluated_beside,
     settings_of,
 )
-from bufferstand.daq.desk.results.report import Reports
+from bufferstand.daq.desk.results.report import Reports, unless_closed
 from bufferstand.daq.desk.shell import Desk, Tab, refusal
 from bufferstand.foundation import BadInput
 
@@ -90,7 +90,7 @@ class Results:
         chosen, settings = chosen_of(self._desk.folder, content), settings_of(content)
         if settings == OtherSettings():
             raise BadInput("nothing is set otherwise than by default", remedy="change a setting first")
-        return JSONResponse(await evaluated_beside(self._desk.commands, chosen, settings))
+        return JSONResponse(await unless_closed(evaluated_beside(self._desk.commands, chosen, settings)))
 
     async def curves(self, request: Request) -> Response:
         """Give the loops of some runs, with a model's answer where one is named."""
@@ -161,7 +161,7 @@ class Results:
 async def _told(answer: Awaitable[dict[str, Any]]) -> Response:
     """Return an answer as JSON, or why there is none, so that the page can say it."""
     try:
-        return JSONResponse(await answer)
+        return JSONResponse(await unless_closed(answer))
     except BadInput as error:
         return refusal(409, str(error))
 

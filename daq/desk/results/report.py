@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import os
 import tempfile
+from collections.abc import Awaitable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
@@ -19,6 +20,7 @@ from bufferstand.foundation import BadInput
 
 REPORT_S = 1200.0
 """Longest wait for a report [s]."""
+T = TypeVar("T")
 OUT = "report"
 """Folder of a campaign's report, in the campaign's folder."""
 SHOWN = {
@@ -92,7 +94,7 @@ class Reports:
         key, password = text_of(content, "key", 1000), str(content.get("password") or "")[:4096]
         if key:
             words += ["--sign", key if key.startswith("pkcs11:") else word_of(self._key(key))]
-        answer = await self._asked(words, password if key else "")
+        answer = await unless_closed(self._asked(words, password if key else ""))
         files = await asyncio.to_thread(self.made, chosen)
         if answer.status not in (0, 1) or not files:
             raise BadInput(answer.problem or f"the report ended with status {answer.status}")
@@ -127,6 +129,22 @@ class Reports:
         elif path.suffix != ".pdf":
             headers["Content-Disposition"] = f'attachment; filename="{_plain(path.name)}"'
         return Response(content, headers=headers)
+
+
+async def unless_closed(answer: Awaitable[T]) -> T:
+    """Wait for an answer that takes long; a desk that is closed meanwhile says so, and nothing of its own.
+
+    Raises
+    ------
+    BadInput
+        If the desk is being closed.
+    """
+    try:
+        return await answer
+    except asyncio.CancelledError:
+        if (task := asyncio.current_task()) is not None:
+            task.uncancel()
+        raise BadInput("the desk is being closed", remedy="start it again and ask again") from None
 
 
 def _plain(name: str) -> str:
