@@ -150,6 +150,7 @@ class Archive:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._list = RunList(desk.folder.root)
+        self._reading: asyncio.Task[list[Row]] | None = None
         self._opened: asyncio.Task[None] | None = None
 
     def routes(self) -> list[Route]:
@@ -162,7 +163,8 @@ class Archive:
         ]
 
     async def page(self, request: Request) -> Response:
-        """Show the page; its runs are asked for by it."""
+        """Show the page; its runs are asked for by it, and read meanwhile."""
+        self._reading = asyncio.create_task(asyncio.to_thread(self._list.rows))
         return self._desk.page(
             request, "archive.html", title="Archive", fields=sorted(RECORDED), command=self._command("")
         )
