@@ -27,6 +27,7 @@ except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOP
 COMMANDS = {
     "demo": "The paper's campaign, shortened, on the simulated stand: runs, evaluation, report.",
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
+    "init": "Make a first stand, specimen and campaign by questions.",
     "desk": "Prepare, check, start, watch and judge campaigns in the browser.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
@@ -53,7 +54,7 @@ COMMANDS = {
 }
 
 SECTIONS = {
-    "Start here": ("demo", "samples", "desk"),
+    "Start here": ("demo", "samples", "init", "desk"),
     "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": (
         "runs",
@@ -94,6 +95,7 @@ MODULES = {
     "calibration": "calibration.group",
     "model": "model.group",
     "samples": "samples",
+    "init": "init",
     "schema": "schema",
 }
 """The module of each command, below :mod:`bufferstand.cli.commands`."""

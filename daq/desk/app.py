@@ -1,4 +1,4 @@
-"""The desk's application: its pages in the order of the work, its files, how a token becomes a session."""
+"""The desk's application: its pages in the order of the work, and how a token becomes a session."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
-from bufferstand.daq.desk import overview
+from bufferstand.daq.desk.beginning import Beginning
+from bufferstand.daq.desk.campaigns import Campaigns, Start
 from bufferstand.daq.desk.commands import Commands
 from bufferstand.daq.desk.folder import Folder
+from bufferstand.daq.desk.jobs import Jobs
+from bufferstand.daq.desk.overview import Overview
+from bufferstand.daq.desk.prepare import Prepare
 from bufferstand.daq.desk.results import Archive, Results
 from bufferstand.daq.desk.shell import Desk, refusal, text_of
+from bufferstand.daq.desk.stand import Check
 from bufferstand.daq.monitor import Access, Gate
 
 WRONG_TOKEN_S = 0.5
@@ -23,8 +28,8 @@ PARTS: tuple[str, ...] = ("bufferstand.daq.desk.results",)
 """Packages with pages of their own, and their ``templates`` and ``static``."""
 
 
-def desk_app(folder: Folder, access: Access, cookie: str) -> ASGIApp:
-    """Return the application.
+def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[ASGIApp, Jobs]:
+    """Return the application, and the jobs that end with it.
 
     Parameters
     ----------
@@ -32,17 +37,29 @@ def desk_app(folder: Folder, access: Access, cookie: str) -> ASGIApp:
         What it is about.
     access : Access
         Who may what.
+    host : str
+        Where it is served.
     cookie : str
         Name of the session's cookie.
     """
     desk = Desk(folder, access, Commands(folder.root), cookie, PARTS)
     routes = [*_door(desk)]
-    desk.tabs.append(overview.TAB)
-    routes += overview.Overview(desk).routes()
-    for part in (Results(desk), Archive(desk)):
-        desk.tabs.append(part.tab)
-        routes += part.routes()
-    return Gate(Starlette(routes=routes), access)
+    jobs = Jobs(desk)
+    routes += jobs.routes()
+    pages = (
+        Overview(desk),
+        Beginning(desk),
+        Prepare(desk),
+        Check(desk, jobs),
+        Start(desk),
+        Campaigns(desk, jobs, host),
+        Results(desk),
+        Archive(desk),
+    )
+    for page in pages:
+        desk.tabs.append(page.tab)
+        routes += page.routes()
+    return Gate(Starlette(routes=routes), access), jobs
 
 
 def _door(desk: Desk) -> list[Route]:

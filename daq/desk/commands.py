@@ -19,7 +19,7 @@ from typing import Any
 
 import orjson
 
-from bufferstand.foundation import program
+from bufferstand.foundation import BadInput, program
 
 AT_ONCE = 2
 """So many commands that only look run at once; the acquisition goes first."""
@@ -109,17 +109,30 @@ class Commands:
             self.shown(*words), status, out.decode("utf-8", "replace"), said.decode("utf-8", "replace")
         )
 
-    def begin(self, log: Path, *words: str) -> subprocess.Popen[bytes]:
+    def begin(self, log: Path, *words: str, add: bool = False) -> subprocess.Popen[bytes]:
         """Start a command that goes on without the desk; what it writes goes to a file of its own.
+
+        Parameters
+        ----------
+        log : Path
+            That file; only the user may read it.
+        words : str
+            The command.
+        add : bool
+            What the file holds already stays.
 
         Raises
         ------
-        OSError
+        BadInput
             If the log cannot be written.
         """
         self._begun = [one for one in self._begun if one.poll() is None]
-        log.parent.mkdir(parents=True, exist_ok=True)
-        handle = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        kept = os.O_APPEND if add else os.O_TRUNC
+        try:
+            log.parent.mkdir(parents=True, exist_ok=True)
+            handle = os.open(log, os.O_WRONLY | os.O_CREAT | kept, 0o600)
+        except OSError as error:
+            raise BadInput(f"cannot be written: {error.strerror}", file=error.filename or log) from None
         with os.fdopen(handle, "wb") as stream:
             process = subprocess.Popen(
                 _whole(words),

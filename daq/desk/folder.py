@@ -138,7 +138,7 @@ class Folder:
         BadInput
             If it lies elsewhere, also by a link, or is not there.
         """
-        path = self._place(relative)
+        path = self.within(relative)
         if not path.exists() or (suffix and path.suffix != suffix):
             raise BadInput("there is no such file in the desk's folder", file=relative[:200])
         return path
@@ -153,12 +153,19 @@ class Folder:
         """
         if not relative.strip():
             raise BadInput("the name is empty", remedy="give one")
-        path = self._place(relative)
+        path = self.within(relative)
         if path.exists():
             raise BadInput("is there already", file=relative[:200], remedy="give another name")
         return path
 
-    def _place(self, relative: str) -> Path:
+    def within(self, relative: str) -> Path:
+        """Return a path in the desk's folder, there or not.
+
+        Raises
+        ------
+        BadInput
+            If it lies elsewhere, also by a link.
+        """
         try:
             path = (self.root / relative).resolve()
         except (OSError, ValueError, RuntimeError):

@@ -10,8 +10,6 @@ from starlette.routing import Route
 
 from bufferstand.daq.desk.shell import Desk, Tab
 
-TAB = Tab("/", "Folder")
-
 
 class Overview:
     """The page of the folder.
@@ -20,6 +18,8 @@ class Overview:
     ----------
     desk : Desk
     """
+
+    tab = Tab("/", "Folder")
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk

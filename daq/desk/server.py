@@ -24,5 +24,6 @@ async def serve_desk(root: Path, listener: socket.socket, tokens: Tokens) -> Non
     """
     host, port = listener.getsockname()[:2]
     access = Access(tokens, loopback=is_loopback(host))
-    app = desk_app(Folder(root), access, f"bufferstand-desk-{port}")
-    await web_server(app).serve(sockets=[listener])
+    app, jobs = desk_app(Folder(root), access, str(host), f"bufferstand-desk-{port}")
+    with jobs.ending():
+        await web_server(app).serve(sockets=[listener])

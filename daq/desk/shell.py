@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from importlib.resources import files
 from typing import Any
 
@@ -83,6 +84,8 @@ class Desk:
             trim_blocks=True,
             lstrip_blocks=True,
         )
+
+        self._pages.filters["local"] = local_time
 
     # --- who asks ------------------------------------------------------------------------------------
 
@@ -204,6 +207,17 @@ class Desk:
         if content is None:
             return Response("There is no such file.\n", 404, media_type="text/plain")
         return Response(content, headers={"Content-Type": CONTENT_TYPES["." + name.rpartition(".")[2]]})
+
+
+def local_time(text: str) -> str:
+    """Return a moment (ISO 8601) as the clock of this laboratory showed it; a text that is none as it is."""
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        return text
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=UTC)
+    return f"{moment.astimezone():%Y-%m-%d %H:%M %Z}"
 
 
 def refusal(status: int, text: str) -> Response:

@@ -38,9 +38,9 @@ class Tab:
         """Open an address."""
         self.tab.goto(url)
 
-    def wait(self, condition: str) -> None:
+    def wait(self, condition: str, patience_s: float = WAIT_S) -> None:
         """Ask until it is so (the page's own policy forbids what playwright's way would do in it)."""
-        end_s = time.monotonic() + WAIT_S
+        end_s = time.monotonic() + patience_s
         while not self._is(condition):
             if time.monotonic() >= end_s:
                 pytest.fail(f"not {condition}: {self.tab.inner_text('body')[:3000]}")

@@ -25,7 +25,7 @@ def places(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(
     "name",
-    ["a/b/x.h5", "linked/b/x.h5", "a/y.h5", "linked/y.h5", "a/gone.h5", "a/one.h5", 
+    ["a/b/x.h5", "linked/b/x.h5", "a/y.h5", "linked/y.h5", "a/gone.h5", "a/one.h5",
      "a/b/../y.h5", "no/x.h5", "a/b/..", "."],
 )  # fmt: skip
 def test_it_is_what_realpath_says(places: Path, name: str) -> None:

@@ -29,6 +29,26 @@ const Desk = {
     if (bad) place.scrollIntoView({ block: "nearest" });
   },
 
+  /** Show a command that was started as it goes (#job); return how it ended. */
+  async watch({ job, command }) {
+    const place = Desk.byId("job"), text = Desk.byId("job-text"), stop = Desk.byId("job-stop");
+    place.hidden = false;
+    Desk.byId("job-command").textContent = command;
+    stop.hidden = false;
+    stop.onclick = () => Desk.ask(`/job/${job}/stop`, {}).catch((error) => Desk.say(error.message, true));
+    for (;;) {
+      const answer = await fetch(`/job/${job}`);
+      if (!answer.ok) throw new Error("The desk has lost sight of it: look at the stand.");
+      const said = await answer.json();
+      if (text.textContent !== said.text) text.textContent = said.text;
+      if (!said.running) {
+        stop.hidden = true;
+        return said;
+      }
+      await new Promise((resolve) => setTimeout(resolve, 400));
+    }
+  },
+
   /** Do something once at a time; what goes wrong is said. */
   async during(button, what) {
     if (button.getAttribute("aria-busy") === "true") return;
