@@ -19,7 +19,7 @@ from bufferstand.evaluation.document import evaluate_entry
 from bufferstand.foundation import BadInput
 from bufferstand.model import load_model
 from tests.desk.served import SAMPLES, Served, served
-from tests.desk.tab import PHONE, WIDE, Tab
+from tests.desk.tab import PHONE, WIDE, Tab, entered
 from tests.monitor.browser import chromium
 
 STATIC = "old/001-static-5mm_s.h5"
@@ -33,7 +33,7 @@ MODEL = "models/category-a-elastomer.toml"
 def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
     (folder / "old").mkdir()
-    for path in sorted((SAMPLES / "runs").glob("00*.h5")):
+    for path in sorted((SAMPLES / "runs").glob("00[1345]*.h5")):
         shutil.copy(path, folder / "old")
     shutil.copytree(SAMPLES / "models", folder / "models")
     (folder / "old" / "report.toml").write_text('laboratory = "Lab <script>window.hacked=1</script>"\n')
@@ -50,6 +50,15 @@ def desk(laboratory: Path) -> Iterator[Served]:
 def get(desk: Served, path: str, **query: Any) -> tuple[int, Any]:
     status, _, text = desk.request("GET", f"{path}?{urlencode(query, doseq=True)}")
     return status, json.loads(text)
+
+
+def patiently(it: Tab, condition: str) -> None:
+    """Wait for what a child process computes: on a busy machine that takes minutes."""
+    for _ in range(600):
+        if it.tab.evaluate(condition):
+            return
+        it.tab.wait_for_timeout(400)
+    it.wait(condition)  # says what the page shows instead
 
 
 # --- pure parts --------------------------------------------------------------------------------------
@@ -203,13 +212,14 @@ def test_the_report_is_made_and_shown_and_runs_nothing(desk: Served, laboratory:
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_an_engineer_judges_in_the_browser(desk: Served, size: Any) -> None:
     with chromium() as browser, Tab(browser, desk.link, **size) as it:
+        entered(it)
         it.go(f"{desk.origin}/results?folder=old")
-        it.wait("document.getElementById('results')?.hidden === false")
-        it.wait("document.querySelector('#loops canvas') !== null")
+        patiently(it, "document.getElementById('results')?.hidden === false")
+        patiently(it, "document.querySelector('#loops canvas') !== null")
         assert it.width() == size["viewport"]["width"], "no scrolling sideways"
         names = "[...document.querySelectorAll('#runs tbody tr')].map((r) => r.cells[0].innerText)"
         before = it.tab.evaluate(names)
-        assert len(before) == 5
+        assert len(before) == 4
         damping = it.tab.locator("#runs th button", has_text="damping")
         damping.click()
         cells = (
@@ -223,14 +233,14 @@ def test_an_engineer_judges_in_the_browser(desk: Served, size: Any) -> None:
         it.wait("document.querySelectorAll('#runs tbody tr').length === 1")
         it.tab.fill("#filter", "")
         it.tab.select_option("#model", MODEL)
-        it.wait("document.querySelectorAll('#model-table tbody tr').length === 5")
-        assert int(it.tab.get_attribute("#loops", "data-curves")) == 10
+        patiently(it, "document.querySelectorAll('#model-table tbody tr').length === 4")
+        assert int(it.tab.get_attribute("#loops", "data-curves")) == 8
         it.wait("document.querySelector('#trend-chart canvas') !== null")
         assert "per Hz" in it.tab.inner_text("#trend-said")
         assert "inconclusive" in it.tab.inner_text("#requirements")
         it.tab.select_option("[name=decision_rule]", "guard-band")
         it.tab.click("#again button")
-        it.wait("document.getElementById('moved').textContent.length > 0")
+        patiently(it, "document.getElementById('moved').textContent.length > 0")
         assert it.tab.evaluate(UNNAMED) == 0, "everything that is operated has a name"
         assert it.tab.evaluate("window.hacked") is None
         assert it.complaints == []

@@ -59,7 +59,7 @@ def _facts(run: Run) -> list[tuple[str, Any]]:
         ("which is", ", ".join(kind)),
         ("campaign", stated.get("campaign")),
         ("step", run.step.get("name")),
-        ("started (UTC)", (stated.get("started_utc") or "")[:19].replace("T", " ")),
+        ("started", stated.get("started_utc") or ""),
         ("operator", stated.get("operator")),
     ]
 

@@ -10,7 +10,8 @@ const state = { result: null, ticked: new Set(), sort: "", down: false };
 function make(tag, text, className) { const e = document.createElement(tag); if (text !== undefined && text !== null) e.textContent = String(text); if (className) e.className = className; return e; }
 function fixed(value, digits) { return value === null || value === undefined ? "–" : Number(value).toFixed(digits).replace("-", "−"); }
 function short(value) { return value === null || value === undefined ? "–" : typeof value === "number" ? Number(value.toPrecision(5)).toString().replace("-", "−") : String(value); }
-function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${fixed(u, digits)}`; }
+// an uncertainty that the decimals of the figure would make nothing keeps its own
+function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
 function row(cells) { const r = make("tr"); r.append(...cells); return r; }
 
