@@ -1,8 +1,7 @@
-"""Options that several commands share, and how a table is shown."""
+"""Options that several commands share."""
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import sys
@@ -193,39 +192,6 @@ def write_json(content: Any, target: str) -> None:
 def warn(message: str) -> None:
     """Say on standard error what the user should know but need not stop for."""
     click.echo(f"warning: {plain(message)}", err=True)
-
-
-def show_table(columns: Sequence[tuple[str, str]], rows: Sequence[Sequence[str]], *, title: str = "") -> None:
-    """Print a table on standard output.
-
-    Parameters
-    ----------
-    columns : sequence of (heading, side)
-        Side is ``left``, ``right``, or ``whole`` for a left column that is never broken.
-    rows : sequence of sequence of str
-        Cells.
-    title : str
-        Above it.
-    """
-    from rich.console import Console  # noqa: PLC0415 - only where a table is shown
-    from rich.table import Table  # noqa: PLC0415
-
-    table = Table(
-        title=plain(title) or None, title_justify="left", header_style="bold", pad_edge=False, box=None
-    )
-    for heading, side in columns:
-        table.add_column(
-            heading, justify="right" if side == "right" else "left", overflow="fold", no_wrap=side == "whole"
-        )
-    for row in rows:
-        table.add_row(*(plain(cell).replace("\n", " ") for cell in row))
-    terminal = Console()
-    width = terminal.width if terminal.is_terminal else 200
-    text = io.StringIO()  # rich ends the process with status 1 where a reader has gone
-    Console(file=text, force_terminal=terminal.is_terminal, width=width, highlight=False, markup=False).print(
-        table
-    )
-    click.echo(text.getvalue(), nl=False)
 
 
 def figure(value: float | None, digits: int) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from bufferstand.cli.options import show_table
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.daq.campaign_folder import (
     AS_RUN_NAME,
     REPORT_HEADER,

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 import click
 
 from bufferstand.cli.evaluation.view import show_conformity, show_together
-from bufferstand.cli.options import figure, show_table
+from bufferstand.cli.options import figure
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.evaluation.archive import ArchiveEvaluation, ArchiveProgress, StoredRun
 from bufferstand.evaluation.catalogue import QUANTITIES
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from bufferstand.cli.options import figure, show_table
+from bufferstand.cli.options import figure
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.evaluation.across_runs import FIGURES
 from bufferstand.evaluation.catalogue import QUANTITIES
 
@@ -170,9 +171,9 @@ def _show_evidence(runs: Sequence[Mapping[str, Any]]) -> None:
         return
     click.echo("\nwhat the figures hang on: 1 ms more of delay_s at the force; the draw wires; inertia")
     show_table(
-        [("run", "whole"), ("1 ms: absorbed\nJ", "right"), ("\n%", "right"), ("1 ms: damping\n", "right"),
-         ("\n%", "right"), ("wires differ\nmm", "right"), ("tilt\nmm", "right"), ("permitted\nmm", "right"),
-         ("inertia", "whole")],
+        [("run", "whole"), ("1 ms: absorbed\nJ", "right"), ("1 ms: absorbed\n%", "right"),
+         ("1 ms: damping\n", "right"), ("1 ms: damping\n%", "right"), ("wires differ\nmm", "right"),
+         ("tilt\nmm", "right"), ("permitted\nmm", "right"), ("inertia", "whole")],
         [
             (
                 entry["name"],

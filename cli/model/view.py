@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import click
 
-from bufferstand.cli.options import show_table, warn
+from bufferstand.cli.options import warn
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.model.identification import LAWS, NAMES, CycleCheck, Estimate, Identification
 
 _MOST_CYCLES = 12

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.archive.local_workers import (
         LocalWorkers,
+        usable_cores,
     )
     from bufferstand.evaluation.archive.run_files import (
         find_runs,
@@ -55,6 +56,10 @@ if TYPE_CHECKING:
         write_document,
         write_tables,
     )
+    from bufferstand.evaluation.archive.worker_processes import (
+        handed_out,
+        spawned_workers,
+    )
 
 __all__ = [
     "FIELDS",
@@ -77,10 +82,13 @@ __all__ = [
     "document",
     "evaluate_archive",
     "find_runs",
+    "handed_out",
     "load_evaluation",
     "results_by_path",
     "settings_entry",
     "software",
+    "spawned_workers",
+    "usable_cores",
     "write_document",
     "write_tables",
 ]

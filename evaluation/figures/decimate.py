@@ -40,12 +40,22 @@ def kept_samples(x: ArrayLike, y: ArrayLike, limit: int) -> NDArray[np.intp]:
     drawn = np.flatnonzero(~broken)
     if drawn.size <= limit:
         return np.arange(xs.size)
-    buckets = np.array_split(drawn, (limit - 4) // 2)
-    kept = [drawn[0], drawn[-1], drawn[np.argmin(xs[drawn])], drawn[np.argmax(xs[drawn])]]
-    for bucket in buckets:
-        kept.append(bucket[np.argmin(ys[bucket])])
-        kept.append(bucket[np.argmax(ys[bucket])])
-    return np.unique(np.concatenate([np.asarray(kept), np.flatnonzero(broken)]))
+    ends = drawn[np.array([0, -1, np.argmin(xs[drawn]), np.argmax(xs[drawn])])]
+    return np.unique(
+        np.concatenate([ends, *_bucket_extremes(drawn, ys, (limit - 4) // 2), np.flatnonzero(broken)])
+    )
+
+
+def _bucket_extremes(drawn: NDArray[np.intp], y: NDArray[np.float64], buckets: int) -> list[NDArray[np.intp]]:
+    """Return where the lowest and the highest ``y`` of each bucket lie; the first buckets have one more."""
+    size, longer = divmod(drawn.size, buckets)
+    whole = longer * (size + 1)
+    found = []
+    for part in (drawn[:whole].reshape(longer, size + 1), drawn[whole:].reshape(-1, size)):
+        if part.size:
+            row = np.arange(len(part))
+            found += [part[row, which(y[part], axis=1)] for which in (np.argmin, np.argmax)]
+    return found
 
 
 def with_breaks(

@@ -15,7 +15,8 @@ TEMPERATURE = said("Temperature [°C]")
 ENERGY = said("Energy absorbed [kJ]")
 STROKE = said("Stroke [mm]")
 _TRACE_POINTS = 3000
-_MOST_STEP_LABELS = 30
+_AXIS_MM, _DIGIT_MM = 140.0, 1.7
+"""Width of the time axis at least, and of a letter of the steps' numbers above it, with what is between."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +100,9 @@ def _timeline(
         curves.append(
             Curve(trace.label, trace.time_s[kept] / scale, trace.value[kept], tone=number, dash=number)
         )
-    labelled_every = -(-len(steps) // _MOST_STEP_LABELS) or 1
     spans = tuple(
-        Span(step.start_s / scale, step.end_s / scale, step.label if number % labelled_every == 0 else "")
-        for number, step in enumerate(steps)
+        Span(step.start_s / scale, step.end_s / scale, label)
+        for step, label in zip(steps, _labels_with_room(steps, duration), strict=True)
     )
     stops = tuple(
         Stop(step.end_s / scale, said("run {label} {stop}", label=step.label, stop=step.stop))
@@ -121,6 +121,20 @@ def _timeline(
         y_range=y_range,
         height_mm=height_mm,
     )
+
+
+def _labels_with_room(steps: Sequence[TimelineStep], duration_s: float) -> list[str]:
+    """Return the label of each step; none of a step whose label would run into the one before."""
+    labels: list[str] = []
+    taken_mm = 0.0
+    for step in steps:
+        middle_mm = 0.5 * (step.start_s + step.end_s) / (duration_s or 1.0) * _AXIS_MM
+        half_mm = 0.5 * (len(step.label) + 1) * _DIGIT_MM
+        fits = not labels or middle_mm - half_mm >= taken_mm
+        labels.append(step.label if fits else "")
+        if fits and step.label:
+            taken_mm = middle_mm + half_mm
+    return labels
 
 
 def time_unit(duration_s: float) -> tuple[str, float]:

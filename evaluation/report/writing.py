@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.evaluation.document import check_table_name
-from bufferstand.evaluation.figures import draw
 from bufferstand.evaluation.report.attachments import attachments_of
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Attachment, Content
 from bufferstand.evaluation.report.digital import render_digital
+from bufferstand.evaluation.report.drawing import drawing
 from bufferstand.evaluation.report.numbering import with_number
 from bufferstand.evaluation.report.rendering import TypesetReport, render_html, render_workbook, typeset_pdf
 from bufferstand.evaluation.report.signing import SigningKey, signed
@@ -107,11 +107,13 @@ def write_report(
         _check_kept(source.fields, out / f"{source.name}-report.pdf")
     source = with_number(source)
     content = build_content(source)
-    xml = render_digital(source, content) if digital is not None else _digital(source, content)
-    written = []
-    if out is not None:
-        inside = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json}, xml)
-        written = _write(content, inside, out, f"{source.name}-report", formats, key)
+    plots = [picture.plot for picture in content.pictures()] if out is not None else []
+    with drawing(plots, content.language, given.jobs if given else 1) as drawn:
+        xml = render_digital(source, content) if digital is not None else _digital(source, content)
+        written = []
+        if out is not None:
+            inside = attachments_of(content, source, {EVALUATION_NAME: source.evaluation_json}, xml)
+            written = _write(content, drawn(), inside, out, f"{source.name}-report", formats, key)
     if table is not None:
         written.append(_write_workbook(build_content(replace(source, detailed=True)), table))
     if digital is not None:
@@ -177,8 +179,10 @@ def write_comparison(
     sides = replace(sides, whole=with_number(sides.whole))
     content = build_comparison(sides)
     evaluations = {name: side.evaluation_json for name, side in sides.named.items()}
-    attached = attachments_of(content, sides.whole, evaluations)
-    written = _write(content, attached, out, "comparison-report", formats, key)
+    plots = [picture.plot for picture in content.pictures()]
+    with drawing(plots, content.language, given.jobs) as drawn:
+        attached = attachments_of(content, sides.whole, evaluations)
+        written = _write(content, drawn(), attached, out, "comparison-report", formats, key)
     if table is not None:
         written.append(_write_workbook(content, table))
     return written
@@ -236,13 +240,13 @@ def _check_sides(paths: Sequence[Path]) -> None:
 
 def _write(
     content: Content,
+    figures: Sequence[str],
     attached: Sequence[Attachment],
     out: Path,
     name: str,
     formats: Sequence[str],
     key: SigningKey | None,
 ) -> list[Path]:
-    figures = [draw(picture.plot, content.language) for picture in content.pictures()]
     # All are rendered before the first is written: a report is whole or not there. Side by side, because the
     # typesetter works without Python's lock.
     with ThreadPoolExecutor() as pool:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, tzinfo
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Literal, get_args
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
@@ -125,7 +125,7 @@ class Language:
             whole = _THIN.join(filter(None, groups))
         return whole if part is None else f"{whole}{self.decimal}{part}"
 
-    @cached_property
+    @property
     def _catalogue(self) -> gettext.GNUTranslations:
         return _compiled(self.code)
 

@@ -2,9 +2,12 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bufferstand.evaluation.figures import style
 from bufferstand.evaluation.figures.loops import (
@@ -216,3 +219,18 @@ def test_a_band_is_drawn_from_two_degrees_of_freedom_on() -> None:
         (fit,) = trend_plot([series], "Damping [–]").fits
         assert (fit.lower is not None) is drawn
         assert fit.label == f"linear fit, −0.005 per Hz, ν = {points - 2}"
+
+
+@given(st.lists(st.tuples(st.floats(0.5, 300.0), st.floats(0.0, 900.0)), min_size=1, max_size=70))
+def test_the_numbers_of_steps_do_not_run_into_each_other(lengths: list[tuple[float, float]]) -> None:
+    steps, at = [], 0.0
+    for number, (lasts, rests) in enumerate(lengths, start=1):
+        steps.append(TimelineStep(str(number), at, at + lasts))
+        at += lasts + rests
+    spans = stroke_plot([Trace("stroke", np.arange(2.0), np.zeros(2))], steps).spans
+    named = [span for span in spans if span.label]
+    assert named[0].label == "1"
+    whole = max(span.end for span in spans)
+    for before, after in pairwise(named):
+        apart_mm = 140.0 * 0.5 * (after.start + after.end - before.start - before.end) / whole
+        assert apart_mm >= 0.5 * 1.6 * (len(before.label) + len(after.label))

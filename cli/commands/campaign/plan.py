@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, show_table, write_json
+from bufferstand.cli.options import EXISTING, FILE, write_json
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import duration_text
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FOLDER, SPRING_C, show_table, warn
+from bufferstand.cli.options import EXISTING, FOLDER, SPRING_C, warn
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import ExitStatus
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bufferstand.cli.options import FILE, check_named, show_table, write_json
+from bufferstand.cli.options import FILE, check_named, write_json
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import ExitStatus
 
 if TYPE_CHECKING:

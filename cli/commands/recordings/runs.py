@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bufferstand.cli.options import EXISTING, FOLDER, check_named, figure, show_table, warn, write_json
+from bufferstand.cli.options import EXISTING, FOLDER, check_named, figure, warn, write_json
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import BadInput, ExitStatus
 from bufferstand.foundation.files import readable
 from bufferstand.recording.finding import NO_FOLDER, default_folder

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bufferstand.cli.options import EXISTING, FiniteFloat, show_table, warn, write_json
+from bufferstand.cli.options import EXISTING, FiniteFloat, warn, write_json
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.evaluation.facts import REFERENCE_LOSS
 from bufferstand.foundation import ExitStatus
 
