@@ -147,8 +147,8 @@ def specimen_text(answers: Answers, model_path: str) -> str:
     category = [f"category = {_quoted(answers.category)}"] if answers.category else []
     if answers.model:
         model = [
-            "# Not this specimen's own: a shipped elastomer spring, so that force and heat can be planned. Once yours",
-            "# is measured: `bufferstand model fit RUNS… --out MODEL.toml`, and name that file here.",
+            "# Not this specimen's own: a shipped elastomer spring, so that force and heat can be planned.",
+            "# Once yours is measured: `bufferstand model fit RUNS… --out MODEL.toml`; then name that file.",
             f"model = {_quoted(model_path)}",
         ]
     else:
@@ -165,7 +165,7 @@ def specimen_text(answers: Answers, model_path: str) -> str:
         *category,
         f"max_stroke_mm = {answers.max_stroke_mm:.1f}",
         f"elastic_system = {_quoted(answers.elastic_system)}",
-        "# EN 15551 wants rubber and elastomer to rest before the first static test; write when it was assembled:",
+        "# EN 15551 wants rubber and elastomer to rest before the first static test; when it was assembled:",
         "# assembled = 2026-01-12T08:00:00Z",
         *model,
     ]

@@ -49,7 +49,7 @@ def stand_text(sample: str, answers: Answers, file: str) -> str:
         _calibrate(amplifier["channel"], answers)
     else:
         del document["amplifier"]
-    document["simulation"]["model"] = "models/category-a-elastomer.toml"  # type: ignore[index]
+    document["simulation"]["model"] = "models/category-a-elastomer.toml"
     return tomlkit.dumps(document)
 
 

@@ -28,7 +28,7 @@ OPTIONS = (
     "campaign",
     "operator",
 )
-"""What the page asks, each by the name of the command's option; what is left empty is as the command has it."""
+"""What the page asks, by the command's options; what is left empty is as the command has it."""
 CERTIFIED = ("force", "stroke_1", "stroke_2")
 """Channels whose certificates are asked for."""
 FIRST_CAMPAIGNS = ("en15551", "sweeps", "warm-up")
@@ -69,12 +69,9 @@ class Beginning:
         where = text_of(content, "where") or "."
         self._desk.folder.within(where)
         words = ["init", word_of(where), "--yes"]
-        for option in OPTIONS:
-            if said := text_of(content, option):
-                words.append(f"--{option}={said}")
-        for key in ("model", "second-force"):
-            if key in content:
-                words.append(f"--{key}" if content[key] is True else f"--no-{key}")
+        words += [f"--{option}={said}" for option in OPTIONS if (said := text_of(content, option))]
+        choices = [key for key in ("model", "second-force") if key in content]
+        words += [f"--{key}" if content[key] is True else f"--no-{key}" for key in choices]
         for channel in CERTIFIED:
             number, until = text_of(content, f"certificate-{channel}"), text_of(content, f"until-{channel}")
             if number:

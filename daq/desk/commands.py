@@ -28,6 +28,15 @@ PATIENCE_S = 120.0
 """Longest wait for a command that only looks [s]."""
 MOST_LOG_BYTES = 65536
 """So much of the end of a log is shown."""
+_WITH_PARENT = (
+    "-c",
+    (
+        "import ctypes, runpy, signal; ctypes.CDLL(None).prctl(1, signal.SIGINT);"
+        "runpy.run_module('bufferstand', run_name='__main__', alter_sys=True)"
+    ),
+)
+"""Runs the command so that Linux gives it Ctrl-C when the desk is gone, also where that was killed
+(prctl, PR_SET_PDEATHSIG)."""
 NOISE = "bufferstand: "
 """What a message of a command begins with."""
 
@@ -92,8 +101,10 @@ class Commands:
         """Run a command to its end and return what it said; one that takes too long is ended."""
         async with self._free:
             process = await asyncio.create_subprocess_exec(
-                *_whole(words), cwd=self._folder, stdin=DEVNULL, stdout=PIPE, stderr=PIPE, preexec_fn=_modest
+                *_whole(words), cwd=self._folder, stdin=DEVNULL, stdout=PIPE, stderr=PIPE
             )
+            with suppress(ProcessLookupError):
+                os.setpriority(os.PRIO_PROCESS, process.pid, NICE)
             try:
                 async with asyncio.timeout(patience_s):
                     out, said = await process.communicate()
@@ -109,7 +120,9 @@ class Commands:
             self.shown(*words), status, out.decode("utf-8", "replace"), said.decode("utf-8", "replace")
         )
 
-    def begin(self, log: Path, *words: str, add: bool = False) -> subprocess.Popen[bytes]:
+    def begin(
+        self, log: Path, *words: str, add: bool = False, ends_with_desk: bool = False
+    ) -> subprocess.Popen[bytes]:
         """Start a command that goes on without the desk; what it writes goes to a file of its own.
 
         Parameters
@@ -120,6 +133,8 @@ class Commands:
             The command.
         add : bool
             What the file holds already stays.
+        ends_with_desk : bool
+            It does not outlive the desk, however that ends.
 
         Raises
         ------
@@ -135,7 +150,7 @@ class Commands:
             raise BadInput(f"cannot be written: {error.strerror}", file=error.filename or log) from None
         with os.fdopen(handle, "wb") as stream:
             process = subprocess.Popen(
-                _whole(words),
+                _whole(words, _WITH_PARENT if ends_with_desk else ("-m", "bufferstand")),
                 cwd=self._folder,
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
@@ -155,12 +170,8 @@ def tail_of(log: Path) -> str:
     return ""
 
 
-def _whole(words: tuple[str, ...]) -> list[str]:
-    return [sys.executable, "-P", "-m", "bufferstand", *words]
-
-
-def _modest() -> None:
-    os.nice(NICE)
+def _whole(words: tuple[str, ...], how: tuple[str, ...] = ("-m", "bufferstand")) -> list[str]:
+    return [sys.executable, "-P", *how, *words]
 
 
 async def _end(process: Process) -> None:

@@ -90,7 +90,7 @@ class Jobs:
         """Start a command and watch it."""
         key = secrets.token_urlsafe(9)
         log = self._logs / f"{key}.log"
-        process = self._desk.commands.begin(log, *words)
+        process = self._desk.commands.begin(log, *words, ends_with_desk=ends_with_desk)
         job = self._jobs[key] = Job(key, self._desk.commands.shown(*words), process, log, ends_with_desk)
         while len(self._jobs) > KEPT:
             oldest = next((one for one in self._jobs.values() if not one.running), None)

@@ -33,6 +33,7 @@ CONTENT_TYPES = {
     ".svg": "image/svg+xml",
 }
 NOT_HERE = "this is done at the stand's own computer only: open the desk there"
+CLOSING = "this was broken off: the desk is being closed"
 LOOK_ONLY = "this page may only look on: open the desk's link for control"
 
 Look = Callable[[Request], Awaitable[Response]]
@@ -115,6 +116,8 @@ class Desk:
                 return self.page(request, "door.html", 401, title="The desk")
             try:
                 return await handler(request)
+            except asyncio.CancelledError:
+                return Response(CLOSING, 503, media_type="text/plain")
             except BadInput as error:
                 return self.page(
                     request, "problem.html", 404, title="This cannot be shown", problem=str(error)
@@ -144,6 +147,8 @@ class Desk:
                 return refusal(403, NOT_HERE)
             try:
                 return await handler(request, content)
+            except asyncio.CancelledError:
+                return refusal(503, CLOSING)
             except BadInput as error:
                 return refusal(409, str(error))
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 HACK = '<img src=x onerror="window.hacked=1"><script>window.hacked=1</script>'
 """What a file or a name might say by somebody with bad intentions."""
 

@@ -9,7 +9,7 @@ import pytest
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "is_mobile": True, "has_touch": True}
 WIDE = {"viewport": {"width": 1300, "height": 900}}
-WAIT_S = 60.0
+WAIT_S = 180.0
 
 
 class Tab:

@@ -1,9 +1,10 @@
-"""Preparing over the wire: the plan follows the text, messages come with their place, nobody's change is lost."""
+"""Preparing over the wire: the plan follows the text, messages have their place, no change is lost."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -118,3 +119,13 @@ def test_a_text_with_a_line_feed_first_is_given_back_as_it_is(desk: Served) -> N
     shown = page.partition("<textarea")[2].partition(">")[2].partition("</textarea>")[0]
     assert shown == "\n" + path.read_text().replace("'", "&#39;"), "a browser drops the first line feed"
     path.unlink()
+
+
+def test_a_plan_that_nobody_waits_for_any_more_is_given_up(desk: Served, demo: Path) -> None:
+    sent = {"name": "demo.toml", "text": demo.read_text(), "page": "1"}
+    with ThreadPoolExecutor() as pool:
+        answers = [said for _, said in pool.map(lambda _: desk.post("/prepare/plan", sent), range(4))]
+    assert all(said == {"stale": True} or "warming up" in said["plan"] for said in answers)
+    assert any("plan" in said for said in answers)
+    assert any("stale" in said for said in answers)
+    assert [path for path in desk.folder.iterdir() if ".draft" in path.name] == []

@@ -121,7 +121,7 @@ def test_cycles_come_with_their_figures_beside_what_was_asked(browser: Any, page
 def test_a_stop_is_asked_until_it_works_and_the_page_goes_on_to_the_results(
     browser: Any, tmp_path: Path
 ) -> None:
-    """Asked after the cycle by Ada; the stand still moves; then stopped, seen safe, and results on the same page."""
+    """Asked by Ada, the stand still moves; then stopped and seen safe, with the results on the same page."""
     with (
         running(tmp_path) as going,
         going_page(going) as (page, process),

@@ -86,7 +86,7 @@ class Campaigns:
             "campaign.html",
             title=str(record.plan.get("campaign", {}).get("title") or name),
             name=name,
-            **await self._pieces(folder, record),
+            pieces=await self._pieces(folder, record),
             commands={
                 "live": shown("monitor", word_of(name)),
                 "stop": shown("stop", word_of(name), "--after", "cycle"),

@@ -1,4 +1,4 @@
-"""Preparing a campaign: the form made from its JSON Schema, the file's text beside it, and the plan of both."""
+"""Preparing a campaign: the form made from its JSON Schema, the file's text beside it, and the plan."""
 
 from typing import TYPE_CHECKING
 

@@ -151,7 +151,8 @@ def _append(table: Any, key: str, value: Any) -> None:
 
 def _taken_off(table: Any) -> list[Any]:
     """Take blank lines and comments off the end of a table, and return them."""
-    body, below = table.value.body, []
+    body = table.value.body
+    below: list[Any] = []
     while body and body[-1][0] is None and isinstance(body[-1][1], Whitespace | Comment):
         below.insert(0, body.pop())
     return below

@@ -1,4 +1,4 @@
-"""The form of a campaign file: groups of fields, made from the published JSON Schema and what the file says."""
+"""The form of a campaign file: groups of fields, made from the JSON Schema and what the file says."""
 
 from __future__ import annotations
 

@@ -45,6 +45,7 @@ class Prepare:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._pictures: OrderedDict[str, bytes] = OrderedDict()
+        self._planning: dict[str, asyncio.Task[Response]] = {}
         self._writing = asyncio.Lock()
 
     def routes(self) -> list[Route]:
@@ -110,7 +111,24 @@ class Prepare:
 
     async def plan(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Plan the text as it stands, by the command, and return the plan or what is wrong at which place."""
-        path, text = self._path(content), _whole_text(content)
+        page = text_of(content, "page", 40)
+        before = self._planning.get(page)
+        if before is not None:
+            before.cancel()  # the text has gone on: nobody waits for that plan any more
+        mine = self._planning[page] = asyncio.create_task(
+            self._plan(self._path(content), _whole_text(content))
+        )
+        try:
+            return await mine
+        except asyncio.CancelledError:
+            if self._planning.get(page) is mine:
+                raise
+            return JSONResponse({"stale": True})
+        finally:
+            if self._planning.get(page) is mine:
+                del self._planning[page]
+
+    async def _plan(self, path: Path, text: str) -> Response:
         with tempfile.TemporaryDirectory(prefix="bufferstand-plan-") as folder:
             picture = Path(folder) / "plan.svg"
             draft = _draft(path, text)

@@ -47,7 +47,7 @@ def plan_view(plan: dict[str, Any]) -> dict[str, Any]:
     """Return what the template of the plan shows of ``plan --json``."""
     limits, totals = plan["limits"], plan["totals"]
     force_kN = limits["in_force"]["force_max_kN"]["value"]
-    stop_C, start_C = limits["test"]["temperature_stop_C"], _start_C(plan)
+    stop_C, start_C = limits["test"]["temperature_stop_C"], _at_start(plan)
     most_C = totals.get("max_temperature_C")
     forces = [
         step["expected_peak_force_kN"] for step in plan["steps"] if step["expected_peak_force_kN"] is not None
@@ -93,7 +93,7 @@ def _row(step: dict[str, Any], force_kN: float | None, start_C: float | None, st
     )
 
 
-def _start_C(plan: dict[str, Any]) -> float | None:
+def _at_start(plan: dict[str, Any]) -> float | None:
     conditions = plan["conditions"]
     given = conditions.get("specimen_C")
     start: float | None = conditions.get("ambient_C") if given is None else given

@@ -1,4 +1,4 @@
-"""The stand before a campaign: the check, zero and touch-off, slow motions, the laboratory's own checklist."""
+"""The stand before a campaign: check, zero and touch-off, slow motions, the laboratory's own checklist."""
 
 from typing import TYPE_CHECKING
 

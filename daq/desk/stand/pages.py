@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import shutil
-from collections.abc import Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -105,6 +104,7 @@ class Check:
             "findings.html",
             devices=_by_device(found["findings"]),
             faults=found["faults"],
+            notes=sum(one["verdict"] == "note" for one in found["findings"]),
             command=answer.command,
         )
         return JSONResponse({"html": shown, "faults": found["faults"]})
@@ -160,7 +160,7 @@ class Check:
         words = ("stand", "jog", name, f"--by={step}", "--yes-move", self._typed(content))
         return _watched(self._jobs.begin(*words))
 
-    def _typed(self, content: Mapping[str, Any]) -> str:
+    def _typed(self, content: dict[str, Any]) -> str:
         typed = text_of(content, "id")
         if not typed:
             raise BadInput(
@@ -171,8 +171,8 @@ class Check:
     def _runs(self, path: Path) -> bool:
         return path in self._twins and self._twins[path].running
 
-    def _path(self, content: Mapping[str, Any]) -> Path:
-        return self._desk.folder.inside(text_of(dict(content), "stand"), ".toml")
+    def _path(self, content: dict[str, Any]) -> Path:
+        return self._desk.folder.inside(text_of(content, "stand"), ".toml")
 
 
 def stand_of(campaign: Path) -> Path:

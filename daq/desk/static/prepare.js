@@ -4,6 +4,7 @@
 {
   const PLAN_AFTER_MS = 500;
   const work = Desk.byId("work"), text = Desk.byId("text"), form = Desk.byId("form"), state = Desk.byId("state");
+  const page = String(Math.random()).slice(2);
   let saved = text.value, asked = 0, timer = 0, chain = Promise.resolve();
 
   const named = (more) => ({ name: work.dataset.name, text: text.value, ...more });
@@ -24,7 +25,7 @@
     const mine = ++asked, place = Desk.byId("plan");
     place.setAttribute("aria-busy", "true");
     try {
-      const said = await Desk.ask("/prepare/plan", named());
+      const said = await Desk.ask("/prepare/plan", named({ page }));
       if (mine !== asked) return; // the text has gone on
       unmark();
       if (said.plan) place.innerHTML = said.plan;
