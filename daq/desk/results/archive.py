@@ -150,8 +150,7 @@ class Archive:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._list = RunList(desk.folder.root)
-        self._reading: asyncio.Task[list[Row]] | None = None
-        self._opened: asyncio.Task[None] | None = None
+        self._reading: asyncio.Task[None] | None = None
 
     def routes(self) -> list[Route]:
         """Return its routes."""
@@ -164,7 +163,7 @@ class Archive:
 
     async def page(self, request: Request) -> Response:
         """Show the page; its runs are asked for by it, and read meanwhile."""
-        self._reading = asyncio.create_task(asyncio.to_thread(self._list.rows))
+        self._reading = asyncio.create_task(asyncio.to_thread(self._read_ahead))
         return self._desk.page(
             request, "archive.html", title="Archive", fields=sorted(RECORDED), command=self._command("")
         )
@@ -175,16 +174,16 @@ class Archive:
     async def _found(self, request: Request) -> tuple[list[Row], int]:
         asked = request.query_params
         rows = await asyncio.to_thread(self._list.rows)
-        if self._opened is None and rows:
-            self._opened = asyncio.create_task(asyncio.to_thread(self._open_one, rows[0].facts["path"]))
         sort, down = asked.get("sort", "started_utc"), asked.get("down", "1") != "0"
         words, where = asked.get("words", "")[:LONGEST], asked.get("where", "")
         return await asyncio.to_thread(found_in, rows, words, where, sort, down=down), len(rows)
 
-    def _open_one(self, name: str) -> None:
-        """Open a run that nobody has asked for yet: what reads them takes a moment to load."""
+    def _read_ahead(self) -> None:
+        """Read the list, and open a run that nobody has asked for yet: what reads them takes long to load."""
+        rows = self._list.rows()
         with suppress(BadInput, OSError):
-            run_facts(self._desk.folder.inside(name, RUN_SUFFIX))
+            if rows:
+                run_facts(self._desk.folder.inside(rows[0].facts["path"], RUN_SUFFIX))
 
     async def search(self, request: Request) -> Response:
         """Give a page of the runs that match."""
