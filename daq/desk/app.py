@@ -17,13 +17,14 @@ from bufferstand.daq.desk.folder import Folder
 from bufferstand.daq.desk.jobs import Jobs
 from bufferstand.daq.desk.overview import Overview
 from bufferstand.daq.desk.prepare import Prepare
+from bufferstand.daq.desk.results import Archive, Results
 from bufferstand.daq.desk.shell import Desk, refusal, text_of
 from bufferstand.daq.desk.stand import Check
 from bufferstand.daq.monitor import Access, Gate
 
 WRONG_TOKEN_S = 0.5
 """A wrong token is answered so late [s]."""
-PARTS: tuple[str, ...] = ()
+PARTS: tuple[str, ...] = ("bufferstand.daq.desk.results",)
 """Packages with pages of their own, and their ``templates`` and ``static``."""
 
 
@@ -52,6 +53,8 @@ def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[AS
         Check(desk, jobs),
         Start(desk),
         Campaigns(desk, jobs, host),
+        Results(desk),
+        Archive(desk),
     )
     for page in pages:
         desk.tabs.append(page.tab)

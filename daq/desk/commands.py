@@ -89,7 +89,7 @@ class Commands:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = self._folder = folder
         self._free = asyncio.Semaphore(AT_ONCE)
         self._begun: list[subprocess.Popen[bytes]] = []
 

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
         serve,
         web_server,
     )
+    from bufferstand.daq.monitor.staying import (
+        end_page,
+    )
 
 __all__ = [
     "Access",
@@ -40,6 +43,7 @@ __all__ = [
     "Tokens",
     "bind",
     "demand_libraries",
+    "end_page",
     "is_loopback",
     "links",
     "new_tokens",

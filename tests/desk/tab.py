@@ -61,3 +61,8 @@ class Tab:
     def width(self) -> int:
         """Return how wide the page is, with what is to be scrolled to."""
         return int(self.tab.evaluate("document.documentElement.scrollWidth"))
+
+
+def entered(it: Tab) -> None:
+    """Wait until the link's token has become a session, and the page has come again with it."""
+    it.wait("!location.hash && !document.body.innerText.includes('may only look on')")
