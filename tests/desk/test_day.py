@@ -89,7 +89,7 @@ def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
         folder = started(it, desk, size)
         live(it, desk, folder, size)
         stopped_and_resumed(it, desk, folder, size)
-        reported(it, folder, size)
+        reported(it, size)
         it.go(f"{desk.origin}/")
         it.says("complete")
         it.look("folder", size)
@@ -198,8 +198,8 @@ def stopped_and_resumed(it: Technician, desk: Served, folder: str, size: Any) ->
     assert re.search("checklist ticked: hall clear", (record.parent / "notes.jsonl").read_text())
 
 
-def reported(it: Technician, folder: str, size: Any) -> None:
-    """The report is made and shown; nothing in it may run."""
+def reported(it: Technician, size: Any) -> None:
+    """The report is made and shown, and the results are one push away."""
     it.push("#report")
     it.wait("document.body.innerText.includes('The report is made')", 300.0)
     it.look("complete", size)
@@ -209,7 +209,10 @@ def reported(it: Technician, folder: str, size: Any) -> None:
     page = opened.value
     page.wait_for_load_state()
     assert "B-77" in page.inner_text("body")
-    assert folder
     if PICTURES:
         page.screenshot(path=Path(PICTURES) / f"report-{size['viewport']['width']}.png")
     page.close()
+    it.push("#to-results")
+    it.wait("location.pathname.startsWith('/results')")
+    it.says("second")
+    it.look("results", size)
