@@ -28,6 +28,8 @@ COMMANDS = {
     "demo": "The paper's campaign, shortened, on the simulated stand: runs, evaluation, report.",
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
     "docs": "Find words in the documentation, or read it in the browser.",
+    "init": "Make a first stand, specimen and campaign by questions.",
+    "desk": "Prepare, check, start, watch and judge campaigns in the browser.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
     "record": "Record a stand that another controller moves (record-only mode).",
@@ -55,7 +57,7 @@ COMMANDS = {
 }
 
 SECTIONS = {
-    "Start here": ("demo", "samples", "docs"),
+    "Start here": ("demo", "samples", "init", "desk", "docs"),
     "Test": (
         "plan",
         "check",
@@ -87,7 +89,7 @@ SECTIONS = {
 """The commands in the order of the work; those that are named nowhere come last."""
 
 _GROUPS = {
-    "campaign": ("demo", "plan", "run", "resume", "record", "monitor", "stop", "note"),
+    "campaign": ("demo", "desk", "plan", "run", "resume", "record", "monitor", "stop", "note"),
     "stand": ("check", "instruments", "simulate-stand", "fault"),
     "recordings": (
         "import",
@@ -109,6 +111,7 @@ MODULES = {
     "model": "model.group",
     "samples": "samples",
     "docs": "docs",
+    "init": "init",
     "schema": "schema",
 }
 """The module of each command, below :mod:`bufferstand.cli.commands`."""

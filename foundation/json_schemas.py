@@ -93,4 +93,6 @@ def _bound(made: JsonSchemaValue, bound: Within) -> None:
         if number.get("type") in ("number", "integer"):
             number |= {"minimum": bound.low, "maximum": bound.high}
     said = f"From {bound.low:g} to {bound.high:g}: {bound.why}."
-    made["description"] = " ".join(part for part in (made.get("description"), said) if part)
+    before = made.get("description", "")
+    if said not in before:  # a model that others name, too, is described more than once
+        made["description"] = f"{before} {said}".lstrip()

@@ -141,7 +141,7 @@ def perform(
     with (
         stop_on_signals(StopRequest()) as request,
         source as (stand_file, clock),
-        nullcontext() if monitor is None else web_process(out, monitor, _say) as page,
+        nullcontext() if monitor is None else web_process(out, monitor, _say, stays=True) as page,
         progress_on(sys.stderr) as progress,
         keys_from(sys.stdin, request, progress.message),
     ):

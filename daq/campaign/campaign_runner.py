@@ -175,7 +175,7 @@ def run_campaign(
         outcome = _Campaign(
             plan, folder, record, session, request, agenda, SpecimenKnowledge(plan, predictor)
         ).run()
-        publisher.end(outcome.status, outcome.reason)
+        publisher.end(outcome.status, outcome.reason, outcome.safe_stop)
         return outcome
 
 

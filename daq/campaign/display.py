@@ -39,6 +39,8 @@ class CampaignDisplay:
         self._warnings: list[str] = []
         self.phase: Phase = "start"
         """What the campaign does at present."""
+        self.stop_asked = ""
+        """The operator's wish to stop, and whose it is."""
 
     @property
     def step_index(self) -> int:
@@ -120,6 +122,7 @@ class CampaignDisplay:
             learned_from=agenda.scale.steps,
             stroke=driver.commanding.line,
             part=driver.part,
+            stop_asked=self.stop_asked,
         )
 
     def _stop_C(self) -> float:  # noqa: N802 - the unit keeps its capital

@@ -79,6 +79,7 @@ class LoopPasses:
     def take_notes(self) -> None:
         """Put what the operator asked for and wrote into the run, notes into the campaign's folder, too."""
         for wish in self._request.take_wishes():
+            self._showing.stop_asked = wish
             self._showing.message(f"operator: {wish}")
             self._say(wish)
         for text in self._request.take_notes():

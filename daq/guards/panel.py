@@ -164,7 +164,7 @@ class GuardPanel:
 
     @property
     def trip(self) -> Trip | None:
-        """Return the first trip that demands a stop; it stays until :meth:`reset`."""
+        """Return the trip that stops the stand (:meth:`latch`); it stays until :meth:`reset`."""
         return self._trip
 
     @property
@@ -180,7 +180,8 @@ class GuardPanel:
     def latch(self, trip: Trip) -> None:
         """Take a trip from a guard or from outside (operator, recorder, lost link).
 
-        The first one that demands a stop is kept; later ones can only make the action stronger. The
+        The first one that demands a stop is kept; later ones can only make the action stronger. What the
+        operator asked for behind the cycle gives way to a stronger one: that is what stopped the stand. The
         same guard is said once per latch.
         """
         if trip.action is Action.NOTE:
@@ -190,9 +191,10 @@ class GuardPanel:
             trip = replace(trip, reason=f"{self.explained_by}: {trip.reason}")
         if trip.action > self._action or trip.guard not in self._tripped:
             self._said.append(trip)
+        gives_way = self._trip is not None and self._trip.guard == "operator" and trip.action > self._action
         self._tripped.add(trip.guard)
         self._action = max(self._action, trip.action)
-        if self._trip is None:
+        if self._trip is None or gives_way:
             self._trip = trip
 
     def reset(self) -> None:

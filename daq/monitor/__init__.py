@@ -6,8 +6,15 @@ from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
     from bufferstand.daq.monitor.access import (
+        Access,
+        Rights,
+        Tokens,
         is_loopback,
         new_tokens,
+    )
+    from bufferstand.daq.monitor.app import (
+        Gate,
+        static_files,
     )
     from bufferstand.daq.monitor.process import (
         Address,
@@ -22,19 +29,30 @@ if TYPE_CHECKING:
     )
     from bufferstand.daq.monitor.server import (
         serve,
+        web_server,
+    )
+    from bufferstand.daq.monitor.staying import (
+        end_page,
     )
 
 __all__ = [
+    "Access",
     "Address",
+    "Gate",
+    "Rights",
+    "Tokens",
     "bind",
     "demand_libraries",
+    "end_page",
     "is_loopback",
     "links",
     "new_tokens",
     "parse_address",
     "publishing",
     "serve",
+    "static_files",
     "web_process",
+    "web_server",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

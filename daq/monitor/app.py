@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
+import time
 from contextlib import suppress
 from importlib.resources import files
 from typing import Any
@@ -20,7 +22,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from bufferstand.daq.monitor.access import Access, Rights
 from bufferstand.daq.monitor.actions import Actions, who_asks
-from bufferstand.daq.monitor.view import Cursor, View
+from bufferstand.daq.monitor.follower import Follower
+from bufferstand.daq.monitor.view import Cursor
 from bufferstand.foundation import BadInput
 
 MOST_PAGES = 24
@@ -38,11 +41,17 @@ BODY_S = 5.0
 """Longest wait for it [s]."""
 WRONG_TOKEN_S = 0.5
 """A wrong token is answered so late [s]."""
+MOST_CHANNELS = 4
+"""Channels that are asked for at once."""
 CONTENT_TYPES = {
     "index.html": "text/html; charset=utf-8",
     "monitor.css": "text/css; charset=utf-8",
     "monitor.js": "text/javascript; charset=utf-8",
     "charts.js": "text/javascript; charset=utf-8",
+    "cycles.js": "text/javascript; charset=utf-8",
+    "results.js": "text/javascript; charset=utf-8",
+    "times.js": "text/javascript; charset=utf-8",
+    "traces.js": "text/javascript; charset=utf-8",
     "uplot.min.js": "text/javascript; charset=utf-8",
     "uplot.min.css": "text/css; charset=utf-8",
     "uplot.LICENSE": "text/plain; charset=utf-8",
@@ -99,8 +108,10 @@ class Gate:
 
         async def with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
+                given = list(message.get("headers", []))
+                stated = {name for name, _ in given}  # a page that needs a policy of its own has stated it
                 added = [(k.lower().encode(), v.encode()) for k, v in security_headers(host).items()]
-                message["headers"] = [*message.get("headers", []), *added]
+                message["headers"] = [*given, *(one for one in added if one[0] not in stated)]
             await send(message)
 
         await self._app(scope, receive, with_headers)
@@ -111,23 +122,28 @@ class Pages:
 
     Parameters
     ----------
-    view : View
-        What is shown.
+    follower : Follower
+        Has what is shown.
     access : Access
         Who may what.
     actions : Actions
         What can be done.
-    cookie : str
-        Name of the session's cookie: cookies know no ports, so it holds the port.
+    port : int
+        Where it is served: cookies know no ports, so the session's has it in its name.
     """
 
-    def __init__(self, view: View, access: Access, actions: Actions, cookie: str) -> None:
-        self._view = view
+    def __init__(self, follower: Follower, access: Access, actions: Actions, port: int) -> None:
+        self._follower = follower
+        self._view = follower.view
         self._access = access
         self._actions = actions
-        self._cookie = cookie
+        self.port = port
+        self._cookie = f"bufferstand-{port}"
         self._files = static_files()
         self._open = 0
+        self._left_s = -math.inf
+        self.closing = asyncio.Event()
+        """Set when somebody who may has asked for the page to be closed."""
 
     def app(self) -> ASGIApp:
         """Return the application."""
@@ -138,6 +154,8 @@ class Pages:
             Route("/session", self.enter, methods=["POST"]),
             Route("/stop", self.stop, methods=["POST"]),
             Route("/note", self.note, methods=["POST"]),
+            Route("/close", self.close, methods=["POST"]),
+            Route("/history", self.history, methods=["GET"]),
             WebSocketRoute("/live", self.live),
         ]
         return Gate(Starlette(routes=routes), self._access)
@@ -186,6 +204,22 @@ class Pages:
         """Add a note."""
         return await self._act(request, "note")
 
+    async def close(self, request: Request) -> Response:
+        """Close the page for everybody, once its campaign has ended."""
+        return await self._act(request, "close")
+
+    async def history(self, request: Request) -> Response:
+        """Give what was recorded in a span of the campaign, thinned out to least and greatest values."""
+        if self.rights(request) == "none":
+            return _refusal(403, "this page is not open: open its link")
+        asked = request.query_params
+        try:
+            from_s, to_s = float(asked.get("from", "-inf")), float(asked.get("to", "inf"))
+        except ValueError:
+            return _refusal(400, "a span of seconds is expected")
+        channels = asked.get("channels", "").split(",")[:MOST_CHANNELS]
+        return JSONResponse(self._follower.history.span(from_s, to_s, channels))
+
     async def _act(self, request: Request, what: str) -> Response:
         content = await self._content(request, what)
         if isinstance(content, Response):
@@ -194,6 +228,12 @@ class Pages:
             await asyncio.to_thread(self._actions.refused, _address(request), what)
             return _refusal(403, "this page may only look on: open the link for control")
         who = who_asks(_text(content, "name", 200), _address(request))
+        if what == "close":
+            if self._follower.source not in ("finished", "silent"):
+                return _refusal(409, "the campaign is still running: its page stays")
+            await asyncio.to_thread(self._actions.log, who, "close the page", "done", "")
+            self.closing.set()
+            return JSONResponse({"text": "the page is being closed"})
         try:
             if what == "stop":
                 answer = await asyncio.to_thread(self._actions.stop, _text(content, "after", 20), who)
@@ -232,6 +272,11 @@ class Pages:
         """Whether some page is being told things."""
         return self._open > 0
 
+    @property
+    def idle_s(self) -> float:
+        """For how long nobody has had the page open [s]; infinite if nobody ever had."""
+        return 0.0 if self._open else time.monotonic() - self._left_s
+
     async def live(self, page: WebSocket) -> None:
         """Tell a page everything, as it comes, as long as it keeps up."""
         ours = self._access.origin_is_ours(page.headers.get("origin"), page.headers["host"])
@@ -248,6 +293,7 @@ class Pages:
             await asyncio.wait([listening, telling], return_when=asyncio.FIRST_COMPLETED)
         finally:
             self._open -= 1
+            self._left_s = time.monotonic()
             for task in (listening, telling):
                 task.cancel()
             await asyncio.gather(listening, telling, return_exceptions=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bufferstand.daq.monitor.time_zone import laboratory_zone
 from bufferstand.daq.operator import NOTES_NAME, read_notes
 from bufferstand.foundation import BadInput
 
@@ -13,6 +15,17 @@ if TYPE_CHECKING:
     from bufferstand.daq.campaign_folder import CampaignRecord
 
 NOTES_SHOWN = 100
+ASKED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
+"""What a step asks for, that its cycles are compared with."""
+_FROM_A_TERMINAL = {
+    "bufferstand stop": "somebody in a terminal",
+    "Ctrl-C (SIGINT)": "Ctrl-C in its terminal",
+    "key c": "a key in its terminal",
+    "key s": "a key in its terminal",
+    "SIGTERM": "the computer (it shut down, or ended the program)",
+    "SIGHUP": "its terminal, which was closed",
+}
+_ASKED_BY = re.compile(r"(?:monitor: )?(?P<who>[^:()]+?) \((?:now|cycle|step)\)")
 
 
 @dataclass(frozen=True)
@@ -20,6 +33,7 @@ class FolderNews:
     """What has changed in a folder: None where nothing has."""
 
     record: CampaignRecord | None = None
+    zone: dict[str, Any] | None = None
     notes: list[dict[str, Any]] | None = None
     problem: str = ""
 
@@ -42,10 +56,12 @@ class FolderWatch:
         # Takes seconds on a busy machine, for the planner's libraries: the page is served before.
         from bufferstand.daq.campaign_folder import RECORD_NAME, load_record  # noqa: PLC0415
 
-        record, notes, problem = None, None, ""
+        record, notes, problem, zone = None, None, "", None
         if self._changed(RECORD_NAME):
             try:
                 record = load_record(self._folder)
+                if record is not None:
+                    zone = laboratory_zone(filter(None, (self._folder, self._originals(record))))
             except (BadInput, OSError) as error:
                 problem = str(error)
         if self._changed(NOTES_NAME):
@@ -54,7 +70,11 @@ class FolderWatch:
             except (BadInput, OSError) as error:
                 kept, problem = (), problem or str(error)
             notes = [{"utc": n.utc, "text": n.text, "step": n.step, "run": n.run} for n in kept]
-        return FolderNews(record, notes, problem)
+        return FolderNews(record, zone, notes, problem)
+
+    def _originals(self, record: CampaignRecord) -> Path | None:
+        """Return where the campaign's files lay when it was begun, None where that is not on record."""
+        return self._folder / record.originals if record.originals else None
 
     def _changed(self, name: str) -> bool:
         try:
@@ -81,7 +101,7 @@ def campaign_section(record: CampaignRecord, folder: Path) -> dict[str, Any]:
         "simulated": record.simulated,
         "specimen": {name: specimen.get(name) for name in ("id", "kind", "category", "elastic_system")},
         "status": record.status,
-        "reason": record.reason,
+        "reason": page_words(record.reason),
         "stopped_by": record.stopped_by,
         "started_utc": record.started_utc,
         "updated_utc": record.updated_utc,
@@ -90,6 +110,40 @@ def campaign_section(record: CampaignRecord, folder: Path) -> dict[str, Any]:
         "force_max_kN": _limit(plan, "force_max_kN"),
         "stroke_max_mm": _limit(plan, "stroke_max_mm"),
     }
+
+
+def windows_section(record: CampaignRecord) -> list[dict[str, Any]]:
+    """Return the force windows that a static test of this specimen is judged by, at their strokes.
+
+    Those of the limit set that is the default of the evaluation, where it is for such a specimen.
+    """
+    from bufferstand.evaluation.requirements import shipped_limit_set  # noqa: PLC0415 - as above
+
+    limits = shipped_limit_set()
+    if limits.why_not_for(record.plan["specimen"]):
+        return []
+    numbers = [(one.id, one.stroke_mm, one.lower_kN, one.upper_kN) for one in limits.force]
+    steps = [step["index"] for step in record.plan["steps"] if step["run_kind"] == "static"]
+    return [
+        {
+            "id": name,
+            "standard": limits.standard,
+            "stroke_mm": stroke_mm,
+            "lower_kN": lower if isinstance(lower, float) else None,
+            "upper_kN": upper if isinstance(upper, float) else None,
+            "steps": steps,
+        }
+        for name, stroke_mm, lower, upper in numbers
+        if isinstance(stroke_mm, float)
+    ]
+
+
+def page_words(text: str) -> str:
+    """Return what a campaign says of a stop in words of the page: who asked, not by which command."""
+    text = _ASKED_BY.sub(r"\g<who>", text)
+    for said, shown in _FROM_A_TERMINAL.items():
+        text = text.replace(said, shown)
+    return text
 
 
 def _limit(plan: dict[str, Any], name: str) -> float | None:
@@ -110,9 +164,10 @@ def steps_section(record: CampaignRecord) -> list[dict[str, Any]]:
                 "status": state.status,
                 "cycles": planned["cycles"],
                 "cycles_done": state.cycles_done,
-                "reason": state.reason,
+                "reason": page_words(state.reason),
                 "runs": list(state.runs),
                 "expected_s": round(planned["expected_duration_s"], 1),
+                "asked": {name: planned[name] for name in ASKED},
                 "peak_force_kN": planned["expected_peak_force_kN"],
                 "stop_expected": bool(planned["stops"]),
             }

@@ -8,11 +8,20 @@ import socket
 import sys
 import time
 from collections import deque
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from bufferstand.daq.monitor.campaign_view import FolderWatch, campaign_section, steps_section
+from bufferstand.daq.monitor.campaign_view import (
+    FolderWatch,
+    campaign_section,
+    page_words,
+    steps_section,
+    windows_section,
+)
+from bufferstand.daq.monitor.history import History
 from bufferstand.daq.monitor.journal_tail import JournalTail, News, newest_journal
+from bufferstand.daq.monitor.live_cycles import LiveCycles
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
 from bufferstand.daq.monitor.view import View
 from bufferstand.foundation import BadInput, short_address
@@ -26,6 +35,8 @@ LOOK_S = 0.5
 SLOW_S = 2.0
 """Temperatures, forecast and guards of a page are renewed this often [s], guards four times as often."""
 TAIL_S = 0.1
+CYCLES_S = 0.5
+"""Cycles of the run under way are evaluated this often at most [s]."""
 SILENT_S = 15.0
 """A campaign that says it runs, but shows no sign of it for so long, has probably been killed [s]."""
 SHOWN_READINGS = 300
@@ -49,9 +60,11 @@ class Follower:
     """
 
     def __init__(self, folder: Path, view: View, *, results: bool) -> None:
-        self._folder = folder
-        self._view = view
-        self._results = results
+        self.folder = self._folder = folder
+        self.view = self._view = view
+        self.results = results
+        self.history = History()
+        self._cycles = LiveCycles()
         self._watch = FolderWatch(folder)
         self._record: CampaignRecord | None = None
         self._heat: HeatBalance | None = None
@@ -65,13 +78,23 @@ class Follower:
         self._tail: JournalTail | None = None
         self._heard_at: dict[str, float] = {}
         self.source: Source = "waiting"
+        self._was_recording = False
         self._looking = asyncio.Lock()
+        self._stopping = False
+        """Whether it ends before its plan does: nothing is foretold then."""
         self.ended = asyncio.Event()
         """The campaign has said that it is over, and its record how it ended has been read."""
 
     async def run(self) -> None:
         """Follow until cancelled."""
-        await asyncio.gather(self._follow_folder(), self._follow_data(), self._renew())
+        await asyncio.gather(
+            self._follow_folder(), self._follow_data(), self._renew(), self._evaluate_cycles()
+        )
+
+    @property
+    def has_campaign(self) -> bool:
+        """Return whether there is a campaign in the folder at all."""
+        return self._record is not None
 
     # --- the folder --------------------------------------------------------------------------------
 
@@ -81,7 +104,7 @@ class Follower:
             await self.look()
             record = self._record
             ended = record is not None and record.status != "running" and self.source == "finished"
-            if record is not None and ended and self._results and evaluated != record.updated_utc:
+            if record is not None and ended and self.results and evaluated != record.updated_utc:
                 evaluated = record.updated_utc
                 await self._evaluate()
             await asyncio.sleep(LOOK_S)
@@ -104,6 +127,9 @@ class Follower:
         self._record = news.record
         self._view.put("campaign", campaign_section(news.record, self._folder))
         self._view.put("steps", steps_section(news.record))
+        if news.zone is not None:
+            self._view.put("zone", news.zone)
+        self._view.put("windows", await asyncio.to_thread(windows_section, news.record))
 
     async def _evaluate(self) -> None:
         """Have the runs evaluated by another process, and show each as soon as it is done."""
@@ -188,12 +214,62 @@ class Follower:
             self._lines.extend(packet["lines"])
             self._view.put("events", list(self._lines))
         self._progress = packet.get("progress") or self._progress
+        if "channels" in packet:
+            self._name(packet["channels"])
         if "at_s" in packet:
+            self._remember(packet["at_s"], packet["extremes"], packet.get("values", {}))
+            if packet.get("recording"):
+                self._collect(packet["rows"])
+            elif self._was_recording:
+                self._cycles.end()
+            self._was_recording = bool(packet.get("recording"))
             self._pace.append((packet["wall_s"], packet["at_s"]))
             self._view.add_rows(packet["rows"])
+        self._stopping = bool(packet.get("trip") or self._progress.get("stop_asked"))
         self._put_now(packet)
         if "end" in packet:
-            self._view.put("end", packet["end"])
+            end = packet["end"]
+            self._view.put("end", {**end, "reason": page_words(end["reason"])})
+            self._stopping = True
+            self._view.put("temperature", self._temperature(self._ambient_C()))
+
+    def _name(self, channels: list[dict[str, Any]]) -> None:
+        self.history.name(channels)
+        self._cycles.name(channels)
+        self._view.put("channels", [{"name": one["name"], "unit": one["unit"]} for one in channels])
+
+    def _remember(
+        self, at_s: float, extremes: Mapping[str, list[float | None]], values: Mapping[str, float | None]
+    ) -> None:
+        """Keep the extremes of what is sampled, and the newest value of what is read now and then."""
+        read = {name: [value, value] for name, value in values.items() if name not in extremes}
+        self.history.add(at_s, {**read, **extremes})
+
+    def _collect(self, rows: dict[str, Any]) -> None:
+        """Collect samples of strokes that are part of a test."""
+        self._cycles.begin(self._progress.get("step", 0))
+        if self._progress.get("phase") != "touch":
+            self._cycles.add(rows)
+
+    async def _evaluate_cycles(self) -> None:
+        """Have the cycles of the run under way evaluated as they come, beside the loop."""
+        while True:
+            stretch, epoch = self._cycles.due(), self._cycles.epoch
+            if stretch is not None:
+                found = await asyncio.to_thread(self._cycles.evaluate, stretch)
+                if epoch == self._cycles.epoch:
+                    self._cycles.take(found, self._warmest_C())
+            if self._cycles.changed:
+                self._cycles.changed = False
+                for name, content in self._cycles.sections().items():
+                    self._view.put(name, content)
+            await asyncio.sleep(CYCLES_S)
+
+    def _warmest_C(self) -> float | None:  # noqa: N802 - the unit keeps its capital
+        """Return the warmest reading on the specimen."""
+        on_it = {one["stream"] for one in self._guards.get("temperatures", []) if one["resume_C"] is not None}
+        known = self._progress.get("temperatures_C") or {}
+        return max((value for name, value in known.items() if not on_it or name in on_it), default=None)
 
     def _put_now(self, packet: dict[str, Any]) -> None:
         shown = {key: value for key, value in self._progress.items() if key != "warnings"}
@@ -208,7 +284,8 @@ class Follower:
                 "further": packet.get("further", []),
                 "at_s": packet.get("at_s"),
                 "recording": packet.get("recording", False),
-                "trip": packet.get("trip"),
+                "trip": _shown_trip(packet.get("trip")),
+                "stop_asked": page_words(str(self._progress.get("stop_asked") or "")),
                 "dropped": packet.get("dropped", 0),
                 "silent_s": packet.get("silent_s", {}),
             },
@@ -245,6 +322,7 @@ class Follower:
         self._margins = news.margins
         if news.guards is not None:
             self._guards = dict(news.guards)
+            self._name(news.channels)
         if news.lines:
             self._lines.extend(news.lines)
             self._view.put("events", list(self._lines))
@@ -274,6 +352,8 @@ class Follower:
             "written": self._progress.get("written", 0) + news.samples,
             "durable": None,
         }
+        self._remember(news.at_s, news.extremes, news.values)
+        self._collect(news.rows)
         silent_s = {stream: round(now_s - at, 1) for stream, at in self._heard_at.items()}
         self._put_now({"values": news.values, "silent_s": silent_s, "recording": True})
 
@@ -321,7 +401,7 @@ class Follower:
         """Return where the warmest specimen sensor goes, None where nothing can be said."""
         warm = [s["points"] for s in sensors if s["specimen"] and s["points"]]
         left_s = self._progress.get("remaining_s")
-        if self._heat is None or self._record is None or not warm or left_s is None:
+        if self._heat is None or self._record is None or not warm or left_s is None or self._stopping:
             return None
         from bufferstand.daq.monitor.forecast import foresee, slope, stretches  # noqa: PLC0415 - as in _heat_of
 
@@ -341,6 +421,10 @@ class Follower:
             "step": found.step,
             "end_C": round(found.points[-1][1], 1),
         }
+
+
+def _shown_trip(trip: dict[str, Any] | None) -> dict[str, Any] | None:
+    return None if trip is None else {**trip, "reason": page_words(str(trip["reason"]))}
 
 
 async def _packet(wire: socket.socket) -> bytes:

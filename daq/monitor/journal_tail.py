@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardPanel, GuardSet
-from bufferstand.daq.monitor.sample_rows import RowBuffer, finite
+from bufferstand.daq.monitor.sample_rows import RowBuffer, channels_of, finite
 from bufferstand.daq.scaling import scale
 from bufferstand.drivers import SampleBlock, StreamFacts
 from bufferstand.foundation import BadInput
@@ -38,6 +38,7 @@ class News:
     samples: int = 0
     lost: int = 0
     guards: Mapping[str, Any] | None = None
+    channels: list[dict[str, Any]] = field(default_factory=list)
     margins: list[dict[str, Any]] = field(default_factory=list)
     at_s: float = 0.0
     ended: bool = False
@@ -92,6 +93,7 @@ class JournalTail:
         if self._facts is None and self._reader.header is not None:
             self._understand(self._reader.header["metadata"])
             news.guards = self._guards
+            news.channels = channels_of((self._facts or {}).values())
         newest_us = max(
             (int(r.time_us[-1]) for r in records if _is_main(r) and len(r.time_us)),  # type: ignore[union-attr]
             default=0,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
+import select
 import socket
 import subprocess
 import sys
@@ -13,13 +15,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import IO
 
 from bufferstand.daq.monitor.access import Tokens, is_loopback, new_tokens
-from bufferstand.foundation import BadInput, how_to_add
+from bufferstand.daq.monitor.staying import end_page, rule_in_words
+from bufferstand.foundation import BadInput, how_to_add, program
 
 DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8420
+STAYS = b"stays\n"
+"""What the web process says where it stays behind its campaign."""
 END_S = 10.0
 """Longest wait for the web process to end [s]: longer than it may hear out the campaign and tell its pages
 (``HEAR_OUT_S`` and ``LAST_WORD_S`` of :mod:`bufferstand.daq.monitor.server`)."""
@@ -101,19 +107,35 @@ def bind(address: Address) -> socket.socket:
     raise AssertionError("there is at least one port to try")
 
 
-def links(listener: socket.socket, tokens: Tokens) -> list[str]:
-    """Return what the operator is told: where the page is, and what opens it. Said once."""
+def links(
+    listener: socket.socket,
+    tokens: Tokens,
+    *,
+    what: str = "live monitor",
+    acting: str = "with stop and notes",
+) -> list[str]:
+    """Return what the operator is told: where the page is, and what opens it. Said once.
+
+    Parameters
+    ----------
+    listener : socket
+        Bound.
+    tokens : Tokens
+        What opens the page.
+    what, acting : str
+        The page, and what can be done with the link for control.
+    """
     host, port = listener.getsockname()[:2]
     everywhere = host in ("0.0.0.0", "::")
     name = socket.gethostname() if everywhere else f"[{host}]" if ":" in host else host
     base = f"http://{name}:{port}/"
     said = []
     if tokens.free_view:
-        said.append(f"live monitor, to look on (from this computer): {base}")
+        said.append(f"{what}, to look on (from this computer): {base}")
     elif tokens.view:
-        said.append(f"live monitor, to look on: {base}#{tokens.view}")
+        said.append(f"{what}, to look on: {base}#{tokens.view}")
     if tokens.control:
-        said.append(f"live monitor, with stop and notes: {base}#{tokens.control}")
+        said.append(f"{what}, {acting}: {base}#{tokens.control}")
     if not is_loopback(host):
         said.append("whoever has a link can use it, and the network can read along: use it in the lab only")
     return said
@@ -134,6 +156,8 @@ class WebProcess:
         self._process = process
         self._errors = errors
         self._ending = False
+        self.stays = False
+        """Whether it has stayed behind the campaign, because somebody has the page open."""
 
     @property
     def pid(self) -> int:
@@ -159,22 +183,42 @@ class WebProcess:
         return lines[-1] if lines else f"signal {-status}" if status < 0 else f"status {status}"
 
     def end(self) -> None:
-        """Let it end; it tells its pages first."""
+        """Let it end with the campaign; it tells its pages first, or stays for them."""
+        if self._ending:
+            return
         self._ending = True
         if self._process.stdin is not None:
             with suppress(OSError):
                 self._process.stdin.close()
-        try:
-            self._process.wait(END_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        self.stays = self._says_it_stays()
+        if self.stays:
+            self._process.returncode = 0  # it is nobody's child any more once this program has ended
+        else:
+            try:
+                self._process.wait(END_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
         self._errors.close()
+
+    def _says_it_stays(self) -> bool:
+        """Return whether it says that it stays; it says nothing where it ends."""
+        out = self._process.stdout
+        if out is None or not select.select([out], [], [], END_S)[0]:
+            return False
+        return os.read(out.fileno(), len(STAYS)) == STAYS
 
 
 @contextmanager
 def web_process(
-    folder: Path, address: Address, say: Callable[[str], object], tokens: Tokens | None = None
+    folder: Path,
+    address: Address,
+    say: Callable[[str], object],
+    tokens: Tokens | None = None,
+    *,
+    stays: bool = False,
 ) -> Iterator[WebProcess]:
     """While inside, a web process serves a campaign's page.
 
@@ -188,6 +232,9 @@ def web_process(
         Tells the operator the links, once.
     tokens : Tokens, optional
         What opens the page; fresh ones if not given.
+    stays : bool
+        Whether it stays behind the campaign while somebody has the page open
+        (:mod:`bufferstand.daq.monitor.staying`); one that has stayed in this folder before is ended.
 
     Raises
     ------
@@ -195,7 +242,10 @@ def web_process(
         If the address cannot be had or a library is missing.
     """
     demand_libraries()
+    if stays:
+        end_page(folder)
     with bind(address) as listener:
+        place = links(listener, Tokens(free_view=True))[0].rpartition(" ")[2]
         tokens = tokens or new_tokens(loopback=is_loopback(listener.getsockname()[0]))
         settings = {
             "folder": str(folder.absolute()),
@@ -203,12 +253,13 @@ def web_process(
             "view": tokens.view,
             "control": tokens.control,
             "free_view": "yes" if tokens.free_view else "",
+            "stays": "yes" if stays else "",
         }
         errors = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "bufferstand.daq.monitor"],
             stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
             stderr=errors,
             pass_fds=[listener.fileno()],
             start_new_session=True,  # Ctrl-C in the terminal is for the campaign
@@ -224,3 +275,8 @@ def web_process(
         yield running
     finally:
         running.end()
+        if running.stays:
+            say(
+                f"the live page stays open with the results: {place} ({rule_in_words()}; to end it now: "
+                f"“{program()} monitor {quote(str(folder))} --end”)"
+            )

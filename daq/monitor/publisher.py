@@ -21,7 +21,8 @@ from typing import Any
 
 from bufferstand.daq.acquisition import Acquisition
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardSet
-from bufferstand.daq.monitor.sample_rows import RowBuffer, finite
+from bufferstand.daq.monitor.sample_rows import RowBuffer, channels_of, finite
+from bufferstand.daq.motions import SafeStopReport
 from bufferstand.daq.operator import CampaignProgress
 from bufferstand.daq.scaling import ScaledBlock
 from bufferstand.foundation import bind_for_oneself
@@ -85,6 +86,7 @@ class Publisher:
         self._progress: CampaignProgress | None = None
         self._guards: GuardSet | None = None
         self._guards_text: Any = None
+        self._channels: list[dict[str, Any]] = []
         self._at_s = 0.0
         self._due_s = self._margins_due_s = wall_s()
 
@@ -140,10 +142,17 @@ class Publisher:
         except Exception as error:  # noqa: BLE001 - whatever is wrong with showing it, the campaign goes on
             self._give_up(error)
 
-    def end(self, status: str, reason: str) -> None:
+    def end(self, status: str, reason: str, stop: SafeStopReport | None = None) -> None:
         """Tell how the campaign ended, also those that are behind, and let everybody go.
 
         For after the safe stop: it may take :data:`LAST_WORD_S`.
+
+        Parameters
+        ----------
+        status, reason : str
+            Of the campaign.
+        stop : SafeStopReport, optional
+            What the stand was seen to be; None where it was not touched.
         """
         if self._server is None:
             return
@@ -151,7 +160,8 @@ class Publisher:
             self._accept()
             for listener in self._listeners:
                 listener.wire.settimeout(LAST_WORD_S / len(self._listeners))
-            self._send_all({"end": {"status": status, "reason": reason}, **self._shown()})
+            seen = None if stop is None else {"safe": stop.safe, "line": stop.line}
+            self._send_all({"end": {"status": status, "reason": reason, "stand": seen}, **self._shown()})
         except Exception as error:  # noqa: BLE001 - as above
             self._give_up(error)
         self.close()
@@ -180,6 +190,9 @@ class Publisher:
         return {"progress": content}
 
     def _packet(self, acquisition: Acquisition, now_s: float) -> dict[str, Any]:
+        if not self._channels:
+            stand = acquisition.stand
+            self._channels = channels_of((stand.controller.facts, *(one.facts for one in stand.sensors)))
         rows, extremes = self._rows.take()
         latest, trip = acquisition.latest, acquisition.panel.trip
         if acquisition.panel.guards is not self._guards:
@@ -219,7 +232,7 @@ class Publisher:
         """Send a packet with what only this listener lacks; return whether it is still there."""
         own: dict[str, Any] = {"dropped": listener.dropped}
         if not listener.begun:
-            own["schema"] = SCHEMA
+            own |= {"schema": SCHEMA, "channels": self._channels}
         if listener.lines:
             own["lines"] = list(listener.lines)
         if listener.readings:

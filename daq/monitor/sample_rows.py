@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.daq.scaling import ScaledBlock
+from bufferstand.drivers import StreamFacts
 
 MOST_ROWS = 100
 """Rows of one packet at most: a screen shows no more, and 20 packets a second are 2000 rows."""
@@ -18,6 +20,27 @@ SHOWN = ("stroke", "force")
 def finite(value: float | None, digits: int = 4) -> float | None:
     """Return a number that JSON can hold, None for one that it cannot."""
     return None if value is None or not np.isfinite(value) else round(float(value), digits)
+
+
+def channels_of(streams: Iterable[StreamFacts]) -> list[dict[str, Any]]:
+    """Return what is recorded: every channel of the streams, and the stroke that several draw wires give.
+
+    Returns
+    -------
+    list of dict
+        ``name``, ``quantity``, ``unit``, ``delay_s``, in the stand file's order.
+    """
+    found: list[dict[str, Any]] = [
+        {"name": one.name, "quantity": one.quantity, "unit": one.unit, "delay_s": one.delay_s}
+        for facts in streams
+        for one in facts.channels
+    ]
+    names = {one["name"] for one in found}
+    wires = [one for one in found if one["quantity"] == "stroke"]
+    if wires and "stroke" not in names:
+        delay_s = sum(float(one["delay_s"]) for one in wires) / len(wires)
+        found.insert(0, {"name": "stroke", "quantity": "stroke", "unit": "mm", "delay_s": delay_s})
+    return found
 
 
 class RowBuffer:

@@ -7,18 +7,20 @@ import logging
 import socket
 import sys
 from collections import Counter
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO, TypeGuard
 
 import uvicorn
+from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bufferstand.daq.monitor.access import Access, Tokens, is_loopback
 from bufferstand.daq.monitor.actions import Actions
 from bufferstand.daq.monitor.app import Pages
 from bufferstand.daq.monitor.follower import Follower
+from bufferstand.daq.monitor.staying import IDLE_S, MOST_S, announced
 from bufferstand.daq.monitor.view import View
 
 MOST_CONNECTIONS = 96
@@ -34,6 +36,7 @@ HEAR_OUT_S = 5.0
 LAST_WORD_S = 3.0
 """So long, at most, pages have to be told that it is over [s]."""
 _ASK_AGAIN_S = 0.02
+_LOOK_S = 0.25
 
 
 class ImpatientProtocol(H11Protocol):
@@ -92,40 +95,17 @@ def _host(connection: Any) -> str:
     return str(client[0]) if client else ""
 
 
-async def serve(
-    folder: Path,
-    listener: socket.socket,
-    tokens: Tokens,
-    *,
-    results: bool,
-    until: Awaitable[Any] | None = None,
-) -> None:
-    """Serve a campaign's page until told to end.
+def web_server(app: ASGIApp) -> uvicorn.Server:
+    """Return a server of an application, with limits on what strangers can make it hold.
 
-    Parameters
-    ----------
-    folder : Path
-        The campaign's folder.
-    listener : socket
-        Bound.
-    tokens : Tokens
-        What opens the page.
-    results : bool
-        Evaluate the runs of a campaign that has ended.
-    until : awaitable, optional
-        Ends the server when it is done; without it, signals do.
+    What it and its event loop log goes to standard error, a bounded part of it.
     """
     for name in ("uvicorn", "asyncio"):
         logging.getLogger(name).handlers = [BoundedLog()]
         logging.getLogger(name).propagate = False
-    host, port = listener.getsockname()[:2]
-    view = View()
-    access = Access(tokens, loopback=is_loopback(host))
-    pages = Pages(view, access, Actions(folder), f"bufferstand-{port}")
-    follower = Follower(folder, view, results=results)
-    server = uvicorn.Server(
+    return uvicorn.Server(
         uvicorn.Config(
-            pages.app(),
+            app,
             http=ImpatientProtocol,
             ws="websockets-sansio",
             ws_max_size=1024,
@@ -143,15 +123,51 @@ async def serve(
             server_header=False,
         )
     )
+
+
+async def serve(
+    folder: Path,
+    listener: socket.socket,
+    tokens: Tokens,
+    *,
+    results: bool,
+    until: Awaitable[Any] | None = None,
+    stays: Callable[[], object] | None = None,
+) -> None:
+    """Serve a campaign's page until told to end.
+
+    Parameters
+    ----------
+    folder : Path
+        The campaign's folder.
+    listener : socket
+        Bound.
+    tokens : Tokens
+        What opens the page.
+    results : bool
+        Evaluate the runs of a campaign that has ended.
+    until : awaitable, optional
+        Ends the server when it is done; without it, signals do.
+    stays : callable, optional
+        Told when it stays though that is done, because somebody has the page open
+        (:mod:`bufferstand.daq.monitor.staying`); without it, it never does.
+    """
+    host, port = listener.getsockname()[:2]
+    view = View()
+    access = Access(tokens, loopback=is_loopback(host))
+    follower = Follower(folder, view, results=results)
+    pages = Pages(follower, access, Actions(folder), port)
+    server = web_server(pages.app())
     following = asyncio.create_task(follower.run())
     ending = None
     if until is not None:
-        ending = asyncio.create_task(_end(server, follower, pages, view, until))
+        ending = asyncio.create_task(_end(server, follower, pages, view, until, stays))
+    closing = asyncio.create_task(_close(server, pages, view))
     following.add_done_callback(lambda task: _stop_if_failed(task, server))
     try:
         await server.serve(sockets=[listener])
     finally:
-        for task in (following, ending):
+        for task in (following, ending, closing):
             if task is not None:
                 task.cancel()
                 with suppress(asyncio.CancelledError):
@@ -159,19 +175,43 @@ async def serve(
 
 
 async def _end(
-    server: uvicorn.Server, follower: Follower, pages: Pages, view: View, until: Awaitable[Any]
+    server: uvicorn.Server,
+    follower: Follower,
+    pages: Pages,
+    view: View,
+    until: Awaitable[Any],
+    stays: Callable[[], object] | None,
 ) -> None:
     await until
     if follower.source == "live":  # how it ended is on its way: no page shall be left with “connection lost”
         with suppress(TimeoutError):
             await asyncio.wait_for(follower.ended.wait(), HEAR_OUT_S)
     await follower.look()  # the record says it too, if its last words were lost
+    if stays is not None and follower.has_campaign and pages.idle_s < IDLE_S:
+        with announced(follower.folder, pages.port):
+            stays()
+            follower.results = True
+            with suppress(TimeoutError):
+                async with asyncio.timeout(MOST_S):
+                    while pages.idle_s < IDLE_S:
+                        await asyncio.sleep(_LOOK_S)
+    await _tell_pages(pages, view)
+    server.should_exit = True
+
+
+async def _close(server: uvicorn.Server, pages: Pages, view: View) -> None:
+    """End the server when somebody who may has asked for it."""
+    await pages.closing.wait()
+    await _tell_pages(pages, view)
+    server.should_exit = True
+
+
+async def _tell_pages(pages: Pages, view: View) -> None:
     view.over = True
     with suppress(TimeoutError):
         async with asyncio.timeout(LAST_WORD_S):
             while pages.are_open:  # each closes when it has been told
                 await asyncio.sleep(_ASK_AGAIN_S)
-    server.should_exit = True
 
 
 def _stop_if_failed(task: asyncio.Task[None], server: uvicorn.Server) -> None:

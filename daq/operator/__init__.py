@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         LEVELS,
         LONGEST_NAME,
         ask,
+        is_running,
         listening,
     )
     from bufferstand.daq.operator.dead_man_switch import (
@@ -62,6 +63,7 @@ __all__ = [
     "add_note",
     "ask",
     "characters_from",
+    "is_running",
     "keys_from",
     "listening",
     "progress_on",

@@ -43,7 +43,7 @@ def listening(folder: Path, request: StopRequest) -> Iterator[None]:
         If a campaign that is running answers there already.
     """
     path = folder / SOCKET_NAME
-    if path.exists() and _answers(path):
+    if is_running(folder):
         raise BadInput(
             "a campaign is running in this folder already",
             file=folder,
@@ -96,6 +96,12 @@ def ask(folder: Path, message: dict[str, str]) -> str | None:
     return str(reply["text"])
 
 
+def is_running(folder: Path) -> bool:
+    """Return whether a campaign runs in a folder: it answers at its socket."""
+    path = folder / SOCKET_NAME
+    return path.exists() and _answers(path)
+
+
 def _answers(path: Path) -> bool:
     with suppress(OSError), connected(path, WAIT_S):
         return True
@@ -128,11 +134,17 @@ def _reply(wire: socket.socket, request: StopRequest) -> dict[str, Any]:
             return {"ok": True, "text": "noted"}
         after = message["stop"]
         request.ask(LEVELS[after], f"{by or 'bufferstand stop'} ({after})")
-        return {"ok": True, "text": _SAID[after]}
+        return {"ok": True, "text": _answer(request, after)}
     except BadInput as error:
         return {"ok": False, "text": error.problem}
     except (ValueError, KeyError, TypeError) as error:
         return {"ok": False, "text": f"this is no request ({error})"}
+
+
+def _answer(request: StopRequest, after: str) -> str:
+    """Say which stop it is to be: one that was asked for before may be sooner."""
+    said = next((said for name, said in _SAID.items() if LEVELS[name] == request.level), _SAID[after])
+    return said if request.level == LEVELS[after] else f"{said} already: {request.reason}"
 
 
 def _user_of(wire: socket.socket) -> int:

@@ -56,6 +56,8 @@ class CampaignProgress:
         What was asked, commanded and reached in the last cycle that was judged; empty before the first.
     part : Part
         Whether a sine is growing or fading, which are no full cycles; empty else.
+    stop_asked : str
+        The operator's wish to stop, and whose it is; empty where nobody asked.
     """
 
     step: int
@@ -80,6 +82,7 @@ class CampaignProgress:
     learned_from: int = 0
     stroke: str = ""
     part: Part = ""
+    stop_asked: str = ""
 
     @property
     def cycles_text(self) -> str:

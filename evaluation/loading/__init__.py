@@ -12,11 +12,15 @@ if TYPE_CHECKING:
         load_opened,
         load_run,
     )
+    from bufferstand.evaluation.loading.long_runs import (
+        on_time,
+    )
 
 __all__ = [
     "condensed_for",
     "load_opened",
     "load_run",
+    "on_time",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -39,6 +39,24 @@ def is_there(path: Path) -> bool:
     return True
 
 
+class RealPaths:
+    """Where files really lie, behind all links; each folder is looked up once, for there are thousands."""
+
+    def __init__(self) -> None:
+        self._folders: dict[str, str] = {}
+
+    def of(self, file: Path) -> str:
+        """Return the same as :func:`os.path.realpath`."""
+        folder, name = os.path.split(os.fspath(file))
+        if name in ("", ".", ".."):
+            return os.path.realpath(file)
+        known = self._folders.get(folder)
+        if known is None:
+            known = self._folders[folder] = os.path.realpath(folder)
+        path = os.path.join(known, name)  # noqa: PTH118 - a Path for each takes as long as the rest
+        return os.path.realpath(path) if os.path.islink(path) else path  # noqa: PTH114 - as above
+
+
 def files_below(folder: Path, *suffixes: str) -> list[Path]:
     """Return the files in a folder and in those below it, sorted by path.
 

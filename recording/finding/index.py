@@ -20,6 +20,7 @@ from bufferstand.recording.finding.cache_file import (
     default_folder,
     stamp_of,
 )
+from bufferstand.recording.finding.files import RealPaths
 from bufferstand.recording.finding.query import QueryField
 from bufferstand.recording.finding.run_facts import RunFileFacts, facts_of, run_files
 
@@ -68,11 +69,11 @@ def indexed_runs(path: Path, folder: Path | None = None) -> list[RunFileFacts]:
     files = run_files([path])
     index = CacheFile(folder or default_folder(), FILE_NAME, _SCHEMA)
     try:
-        known = _known(index)
+        known, real = _known(index), RealPaths()
         found: list[RunFileFacts] = []
         fresh: list[tuple[str, Stamp, RunFileFacts]] = []
         for file in files:
-            name, stamp = readable(file.resolve()), stamp_of(file)
+            name, stamp = readable(Path(real.of(file))), stamp_of(file)
             entry = known.get(name)
             facts = None if entry is None or entry[0] != stamp else _facts(file, *entry[1:])
             if facts is not None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bufferstand.foundation import BadInput
-from bufferstand.recording.finding.files import files_below, is_there
+from bufferstand.recording.finding.files import RealPaths, files_below, is_there
 from bufferstand.recording.journal import JOURNAL_SUFFIX
 from bufferstand.recording.runfile import metadata_as_stated, simulated_of
 from bufferstand.recording.sealing import DAMAGED_SUFFIX, RUN_SUFFIX
@@ -60,6 +60,7 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
         If a path does not exist, a folder holds no run file, or one below it must not be looked into.
     """
     found: dict[str, Path] = {}
+    real = RealPaths()
     for path in paths:
         if not is_there(path):
             raise BadInput("no such file or folder", file=path, remedy="check the path")
@@ -75,7 +76,7 @@ def run_files(paths: Iterable[Path]) -> list[Path]:
         else:
             files = [path]
         for file in files:
-            found.setdefault(os.path.realpath(file), file)
+            found.setdefault(real.of(file), file)
     return list(found.values())
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pytest
 
 from bufferstand.daq.guards.kinds.channel import ChannelGuard
 from bufferstand.daq.guards.kinds.controller import ControllerGuard
@@ -43,12 +44,35 @@ def temperature(at_s: float, value_C: float, name: str = "temperature_1") -> Sca
 
 def test_the_first_trip_is_latched_and_a_later_one_only_makes_the_action_stronger() -> None:
     watched = panel()
-    watched.latch(Trip("operator", Action.STOP_AFTER_CYCLE, "please", 1.0))
+    watched.latch(Trip("pressure", Action.STOP_AFTER_CYCLE, "low", 1.0))
     assert watched.action is Action.STOP_AFTER_CYCLE
     watched.observe(samples(2.0, force=700.0), 2.0)
     watched.observe(samples(2.001, force=0.0), 2.001)
     assert watched.trip is not None
-    assert watched.trip.guard == "operator"
+    assert watched.trip.guard == "pressure"
+    assert watched.action is Action.EMERGENCY
+    assert [trip.guard for trip in watched.said()] == ["pressure", "force"]
+
+
+@pytest.mark.parametrize("stronger", [Action.STOP, Action.EMERGENCY])
+def test_a_wish_for_later_gives_way_to_what_stops_the_stand(stronger: Action) -> None:
+    watched = panel()
+    watched.latch(Trip("operator", Action.STOP_AFTER_CYCLE, "Ada (cycle)", 1.0))
+    watched.latch(Trip("operator", Action.STOP_AFTER_CYCLE, "Eve (cycle)", 1.5))
+    assert watched.trip is not None
+    assert watched.trip.reason == "Ada (cycle)", "as strong: the first one counts"
+    watched.latch(Trip("operator", stronger, "Bert (now)", 2.0))
+    assert watched.trip.reason == "Bert (now)"
+    watched.latch(Trip("lag", stronger, "late", 2.5))
+    assert watched.trip.reason == "Bert (now)", "it stops the stand already"
+
+
+def test_a_guard_that_trips_while_a_cycle_is_waited_for_is_the_reason() -> None:
+    watched = panel()
+    watched.latch(Trip("operator", Action.STOP_AFTER_CYCLE, "please", 1.0))
+    watched.observe(samples(2.0, force=700.0), 2.0)
+    assert watched.trip is not None
+    assert watched.trip.guard == "force"
     assert watched.action is Action.EMERGENCY
     assert [trip.guard for trip in watched.said()] == ["operator", "force"]
 

@@ -326,7 +326,7 @@ def stop_by_click(browser: Any, folder: Path) -> tuple[float, float]:
         link = next(line.split(": ", 1)[1].strip() for line in process.stderr if "#" in line)
         with Tab(browser, link) as it:
             it.wait(
-                "document.getElementById('phase').textContent === 'motion' && "
+                "document.getElementById('phase').textContent === 'testing' && "
                 "parseFloat(document.getElementById('stroke').textContent) > 8"
             )
             stalls = Stalls()
@@ -337,7 +337,9 @@ def stop_by_click(browser: Any, folder: Path) -> tuple[float, float]:
             it.wait("['stopped', 'stopping'].includes(document.getElementById('status').textContent)")
             stalled_s, clicked_s = stalls.end(), it.tab.evaluate("clicked") / 1000.0
             it.wait("document.getElementById('status').textContent === 'stopped'")
-            assert "monitor: someone at this computer" in it.tab.inner_text("#alarm")
+            it.wait("document.getElementById('alarm').textContent.includes('The stand was seen to be safe')")
+            assert "by the operator: someone at this computer" in it.tab.inner_text("#alarm")
+            assert (it.tab.inner_text("#left"), it.tab.inner_text("#forecast")) == ("–", "")
         _, stderr = process.communicate(timeout=60)
     finally:
         process.kill()

@@ -78,7 +78,8 @@ def test_it_ends_with_the_campaign_and_says_so_to_its_pages(tmp_path: Path) -> N
             hear(wire, lambda k: k["rows"])
             assert going.end().status == "complete"
             known = hear(wire, lambda k: k.get("campaign", {}).get("status") == "complete" and "end" in k)
-            assert known["end"] == {"status": "complete", "reason": ""}
+            assert (known["end"]["status"], known["end"]["reason"]) == ("complete", "")
+            assert known["end"]["stand"]["safe"] is True
             threading.Thread(target=page.process.end).start()
             with pytest.raises(ConnectionClosedOK):
                 hear(wire, lambda _: False)

@@ -138,7 +138,9 @@ def test_a_listener_is_told_every_sample_every_line_and_the_end(tmp_path: Path) 
     packets = shown.packets
     assert packets[0]["schema"] == "bufferstand/live/1"
     assert packets[0]["guards"]["channels"]
-    assert packets[-1]["end"] == {"status": "complete", "reason": ""}
+    end = packets[-1]["end"]
+    assert (end["status"], end["reason"]) == ("complete", "")
+    assert end["stand"] == {"safe": True, "line": outcome.safe_stop.line}
     lines = [line["text"] for packet in packets for line in packet.get("lines", [])]
     assert lines == shown.lines, "also those from before it came"
     assert max(
@@ -219,7 +221,7 @@ def test_the_end_reaches_a_listener_that_is_behind(tmp_path: Path) -> None:
         reader.join(60.0)
         wire.close()
     assert packets[-1]["dropped"] > 0
-    assert packets[-1]["end"] == {"status": "stopped", "reason": "by the operator"}
+    assert packets[-1]["end"] == {"status": "stopped", "reason": "by the operator", "stand": None}
 
 
 def test_a_listener_that_hangs_keeps_the_end_only_so_long(tmp_path: Path, monkeypatch: Any) -> None:

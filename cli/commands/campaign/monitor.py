@@ -26,18 +26,23 @@ if TYPE_CHECKING:
     help="Where the page is served (default 127.0.0.1:8420, or a free port if that is taken).",
 )
 @click.option("--view-only", is_flag=True, help="Nobody can stop it or write notes through this page.")
-def command(folder: Path, address: Address, view_only: bool) -> None:
+@click.option("--end", is_flag=True, help="End the page that has stayed open behind a campaign in DIR.")
+def command(folder: Path, address: Address, view_only: bool, end: bool) -> None:
     """Show a campaign in the browser: one that runs, live; one that has ended, with its results.
 
-    Ctrl-C ends the page, never the campaign. Away from loopback only the links that are printed open it.
+    Ctrl-C ends the page, never the campaign. Away from loopback only the links that are printed open it. The
+    page of run --monitor stays behind its campaign while somebody has it open, and ten minutes longer.
     """
     from bufferstand.daq.campaign_folder import load_record
-    from bufferstand.daq.monitor import bind, demand_libraries, is_loopback, links, new_tokens
+    from bufferstand.daq.monitor import bind, demand_libraries, end_page, is_loopback, links, new_tokens
 
     if load_record(folder) is None:
         raise BadInput(
             "no campaign.json in this folder", file=folder, remedy="give the --out folder of a run"
         )
+    if end:
+        click.echo("the page is closed" if end_page(folder) else "no page has stayed open here", err=True)
+        return
     demand_libraries()
     from bufferstand.daq.monitor import serve
 

@@ -1,11 +1,11 @@
 // The drawings: a loop (x is no time there, so uPlot runs in mode 2 with a path of our own) and traces.
 /* global uPlot */
 
-const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const FONT = "13px system-ui, 'DejaVu Sans', sans-serif";
 
 // uPlot draws in device pixels; a line drawn as it comes, from each point to the next, a gap where one is null
-function drawnAsItComes(u, index) {
+export function drawnAsItComes(u, index) {
   let path;
   uPlot.orient(u, index, (series, xs, ys, scaleX, scaleY, posX, posY, left, top, width, height) => {
     path = new Path2D();
@@ -20,7 +20,7 @@ function drawnAsItComes(u, index) {
   return path ? { stroke: path, fill: null, clip: null, band: null, gaps: null, flags: 2 } : null;
 }
 
-function axis(label, more = {}) {
+export function axis(label, more = {}) {
   return {
     label, labelFont: FONT, font: FONT, labelSize: 22, size: 46, labelGap: 0, gap: 4,
     stroke: () => css("--soft"), grid: { stroke: () => css("--grid"), width: 1 },
@@ -62,27 +62,68 @@ function fitted(element, make) {
 }
 
 export class LoopChart {
-  constructor(element) {
-    this.x = new Span(10); this.y = new Span(20);
+  constructor(element, { pointed }) {
+    this.x = new Span(10); this.y = new Span(20); this.windows = []; this.zoom = null;
     const facets = [{ scale: "x", auto: true }, { scale: "y", auto: true }];
     this.chart = fitted(element, (size, parent) => new uPlot({
       mode: 2, ...size, legend: { show: false }, cursor: { show: false }, padding: [10, 14, 0, 0],
-      scales: { x: { time: false, range: () => [this.x.low, this.x.high] }, y: { range: () => [this.y.low, this.y.high] } },
+      scales: {
+        x: { time: false, range: () => this.zoom?.x || [this.x.low, this.x.high] },
+        y: { range: () => this.zoom?.y || [this.y.low, this.y.high] },
+      },
       axes: [axis("stroke in mm", { size: 34 }), axis("force in kN", { size: 52 })],
       series: [
         {},
         { facets, stroke: () => css("--pale"), width: 1, paths: drawnAsItComes, points: { show: false } },
         { facets, stroke: () => css("--force"), width: 2, paths: drawnAsItComes, points: { show: false } },
       ],
-      hooks: { draw: [(u) => this.dot(u)] },
+      hooks: { draw: [(u) => this.dot(u)], ready: [(u) => this.listen(u, pointed)] },
     }, [null, [[], []], [[], []]], parent));
     this.point = null;
   }
+  listen(u, pointed) {  // a cross that tells where it is; a rectangle that is drawn is looked at closely
+    let from = null;
+    const place = (event) => { const box = u.over.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
+    u.over.addEventListener("pointerdown", (event) => { if (event.pointerType === "mouse") from = place(event); });
+    u.over.addEventListener("pointermove", (event) => {
+      const [x, y] = place(event);
+      pointed(u.posToVal(x, "x"), u.posToVal(y, "y"));
+      if (from) u.setSelect({ left: Math.min(x, from[0]), top: Math.min(y, from[1]), width: Math.abs(x - from[0]), height: Math.abs(y - from[1]) }, false);
+    });
+    u.over.addEventListener("pointerleave", () => pointed(null));
+    u.over.addEventListener("pointerup", (event) => {
+      if (!from) return;
+      const [x, y] = place(event), [a, b] = from;
+      from = null;
+      u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+      if (Math.abs(x - a) < 8 || Math.abs(y - b) < 8) return;
+      this.zoom = { x: [Math.min(x, a), Math.max(x, a)].map((v) => u.posToVal(v, "x")), y: [Math.max(y, b), Math.min(y, b)].map((v) => u.posToVal(v, "y")) };
+      u.redraw(false, true); u.setData(u.data);
+    });
+    u.over.addEventListener("dblclick", () => this.whole());
+  }
+  whole() { this.zoom = null; const u = this.chart(); u.setData(u.data); }
+  closer(factor) {
+    const u = this.chart(), about = ({ min, max }) => { const middle = (min + max) / 2, half = factor * (max - min) / 2; return [middle - half, middle + half]; };
+    this.zoom = { x: about(u.scales.x), y: about(u.scales.y) };
+    u.setData(u.data);
+  }
   dot(u) {
-    if (!this.point) return;
-    const x = u.valToPos(this.point[0], "x", true), y = u.valToPos(this.point[1], "y", true);
-    u.ctx.save(); u.ctx.fillStyle = css("--ink"); u.ctx.beginPath();
-    u.ctx.arc(x, y, 5 * devicePixelRatio, 0, 7); u.ctx.fill(); u.ctx.restore();
+    const c = u.ctx, r = devicePixelRatio;
+    c.save();
+    for (const w of this.windows) {  // what the requirement allows at a stroke: a bar with ends, an arrow where one is open
+      const { min, max } = u.scales.y, x = u.valToPos(w.stroke_mm, "x", true);
+      const low = u.valToPos(Math.max(w.lower_kN ?? min, min), "y", true), high = u.valToPos(Math.min(w.upper_kN ?? max, max), "y", true);
+      if (w.stroke_mm < u.scales.x.min || w.stroke_mm > u.scales.x.max || low <= high) continue;
+      c.strokeStyle = css("--good"); c.lineWidth = 2 * r; c.setLineDash([]); c.beginPath(); c.moveTo(x, low); c.lineTo(x, high);
+      for (const y of [low, high]) { c.moveTo(x - 6 * r, y); c.lineTo(x + 6 * r, y); }
+      c.stroke();
+    }
+    if (this.point) {
+      const x = u.valToPos(this.point[0], "x", true), y = u.valToPos(this.point[1], "y", true);
+      c.fillStyle = css("--ink"); c.beginPath(); c.arc(x, y, 5 * r, 0, 7); c.fill();
+    }
+    c.restore();
   }
   show(before, now, point) {
     this.point = point;
@@ -97,23 +138,54 @@ export class LoopChart {
 }
 
 export class TraceChart {
-  constructor(element, label, colour, { least, size = 52 }) {
-    this.y = new Span(least); this.window = [-30, 0];
+  constructor(element, colour, { least, size = 52, zoomed, pointed }) {
+    this.y = new Span(least); this.window = [-30, 0]; this.text = ""; this.unit = "seconds before now"; this.written = null;
+    const line = { stroke: () => css(colour), width: 1.5, points: { show: false } };
+    this.chart = fitted(element, (dims, parent) => new uPlot({
+      ...dims, legend: { show: false }, padding: [8, 14, 0, 0],
+      cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
+      scales: { x: { time: false, range: () => this.window }, y: { range: () => [this.y.low, this.y.high] } },
+      axes: [
+        axis(this.unit, { size: 34, incrs: [1, 5, 10, 30, 60, 300, 600, 1800, 3600, 14400, 43200], values: (u, marks) => marks.map((v) => (this.written ? this.written(v) : String(v))) }),
+        axis(this.text, { size }),
+      ],
+      series: [{}, line, line],
+      bands: [{ series: [2, 1], fill: () => css(colour) + "44" }],
+      hooks: {
+        setSelect: [(u) => { if (u.select.width > 6) { zoomed(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")); u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false); } }],
+        setCursor: [(u) => { if (u.over.matches(":hover")) pointed(element.id.startsWith("stroke") ? 0 : 1, u.cursor.left < 0 ? null : u.posToVal(u.cursor.left, "x")); }],
+        ready: [(u) => u.over.addEventListener("pointerleave", () => pointed(element.id.startsWith("stroke") ? 0 : 1, null))],
+      },
+    }, [[], [], []], parent));
+  }
+  label(text) { this.text = text; this.chart().axes[1].label = text; this.chart().redraw(false, true); }
+  point(x) { const u = this.chart(); u.setCursor(x === null ? { left: -10, top: -10 } : { left: u.valToPos(x, "x"), top: 1 }, false); }
+  at(x) {
+    const u = this.chart(), xs = u.data[0];
+    if (!xs.length) return null;
+    const at = u.valToIdx(x), low = u.data[1][at], high = u.data[2][at];
+    return low === null || low === undefined ? null : [low, high];
+  }
+  show(xs, low, high, window, unit, written = null) {
+    this.window = window; this.unit = unit; this.written = written;
+    this.chart().axes[0].label = unit;
+    let least = Infinity, most = -Infinity;
+    for (const ys of [low, high]) for (const v of ys) if (v !== null && v !== undefined) { if (v < least) least = v; if (v > most) most = v; }
+    this.y.fit(least, most);
+    this.chart().setData([xs, low, high]);
+  }
+}
+
+export class TrendChart {
+  constructor(element) {
     this.chart = fitted(element, (dims, parent) => new uPlot({
       ...dims, legend: { show: false }, cursor: { show: false }, padding: [8, 14, 0, 0],
-      scales: { x: { time: false, range: () => this.window }, y: { range: () => [this.y.low, this.y.high] } },
-      axes: [axis("seconds before now", { size: 34, incrs: [1, 5, 10, 30, 60, 300, 600, 1800, 3600] }), axis(label, { size })],
-      series: [{}, { stroke: () => css(colour), width: 1.75, points: { show: false } }],
+      scales: { x: { time: false }, y: { range: (u, low, high) => { const air = Math.max(0.15 * (high - low), 0.005 * Math.abs(high || 1)); return low === null ? [0, 1] : [low - air, high + air]; } } },
+      axes: [axis("cycle of the step", { size: 34, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000] }), axis("", { size: 56, labelSize: 0 })],
+      series: [{}, { stroke: () => css("--force"), width: 1.5, points: { show: true, size: 5, fill: () => css("--force") } }],
     }, [[], []], parent));
   }
-  show(xs, ys, window, unit = "seconds before now") {
-    this.window = window;
-    this.chart().axes[0].label = unit;
-    let low = Infinity, high = -Infinity;
-    for (const v of ys) if (v !== null && v !== undefined) { if (v < low) low = v; if (v > high) high = v; }
-    this.y.fit(low, high);
-    this.chart().setData([xs, ys]);
-  }
+  show(xs, ys) { this.chart().setData([xs, ys]); }
 }
 
 export const SENSOR_DASHES = [[], [7, 4], [2, 3], [10, 3, 2, 3]];

@@ -1,7 +1,10 @@
 // The page. Everything that comes from a campaign is text and is only ever set as text, never as markup.
-import { HeatChart, LoopChart, SENSOR_DASHES, TraceChart } from "./charts.js";
+import { HeatChart, LoopChart, SENSOR_DASHES } from "./charts.js";
+import * as cycles from "./cycles.js";
+import * as results from "./results.js";
+import { $, clock, dayAndClock, fixed, lasting, make, put, setZone, zoneName } from "./times.js";
+import * as traces from "./traces.js";
 
-const $ = (id) => document.getElementById(id);
 const OLD_S = 1.5;          // a sample older than this is said to be old
 const FINE_S = 3;           // rows of the last moments are drawn as they come …
 const WINDOW_S = 30;        // … those of the last half minute thinned out
@@ -10,28 +13,18 @@ const DRAW_MS = 60;
 
 const state = {
   sections: {}, rights: "none", wire: null, connected: false, lostAt: null, over: false, tries: 0,
-  age: null, ageAt: 0, fine: { t: [], s: [], f: [] }, coarse: { t: [], s: [], f: [] }, count: 0, dirty: false, drawn: 0, chosen: null,
+  age: null, ageAt: 0, fine: { t: [], s: [], f: [] }, coarse: { t: [], s: [], f: [] }, count: 0, dirty: false, drawn: 0,
 };
 const charts = {};
 
 // --- small helpers ------------------------------------------------------------------------------------
 
-function make(tag, className, text) {
-  const element = document.createElement(tag);
-  if (className) element.className = className;
-  if (text !== undefined && text !== null) element.textContent = String(text);
-  return element;
-}
-function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
-function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
 // a figure stays with its sign and its unit when a line breaks
 function together(text) { return text.replace(/ (?=mm|%|±|Hz)/g, "\u00a0").replace(/± /g, "±\u00a0").replace(/-(?=\d+\.)/g, "−"); }
-function clock(utc) { const date = new Date(utc); return isNaN(date) ? "" : date.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hour12: false }); }
-function lasting(seconds) {
-  const s = Math.max(0, Math.round(seconds)), m = Math.floor(s / 60), h = Math.floor(m / 60);
-  const two = (n) => String(n).padStart(2, "0");
-  return h ? `${h}:${two(m % 60)}:${two(s % 60)}` : `${m}:${two(s % 60)}`;
-}
+const PHASES = {
+  start: "starting", ramp: "moving to the start", motion: "testing", release: "unloading", touch: "looking for first contact",
+  hold: "holding", "cool-down": "waiting for the specimen to cool", "safe stop": "stopping safely", done: "over",
+};
 function bar(share) { const outer = make("div", "bar"), inner = make("i"); inner.style.width = `${Math.min(100, Math.max(0, 100 * share))}%`; outer.append(inner); return outer; }
 // a list that is scrolled by the reader stays where it is
 function replaceRows(list, rows) { const top = list.scrollTop; list.replaceChildren(...rows); list.scrollTop = top; }
@@ -64,15 +57,18 @@ function clearRows() { for (const b of [state.fine, state.coarse]) for (const ke
 
 function draw(at) {
   requestAnimationFrame(draw);
-  if (!state.dirty || at - state.drawn < DRAW_MS || document.hidden || state.chosen !== null) return;
+  if (!state.dirty || at - state.drawn < DRAW_MS || document.hidden || results.chosen() !== null) return;
   state.dirty = false; state.drawn = at;
   const { fine, coarse } = state, n = fine.t.length;
   if (!n) return;
   const now = fine.t[n - 1];
-  charts.loop.show([coarse.s, coarse.f], [fine.s, fine.f], [fine.s[n - 1], fine.f[n - 1]]);
-  const xs = coarse.t.map((t) => t - now);
-  charts.stroke.show(xs, coarse.s, [-WINDOW_S, 0]);
-  charts.force.show(xs, coarse.f, [-WINDOW_S, 0]);
+  // the last whole loops, thin, for comparison; before there are any, the last half minute
+  const loops = state.sections.loops || [], before = loops.length ? [[], []] : [coarse.s, coarse.f];
+  for (const one of loops) { before[0].push(...one.s, null); before[1].push(...one.f, null); }
+  charts.loop.windows = (state.sections.windows || []).filter((w) => w.steps.includes(state.sections.now?.step));
+  charts.loop.show(before, [fine.s, fine.f], [fine.s[n - 1], fine.f[n - 1]]);
+  put("loop-legend", `bold: the last ${FINE_S} s. ${loops.length ? `Thin: the last ${loops.length} whole cycle${loops.length > 1 ? "s" : ""}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}`);
+  traces.showRows(coarse.t, coarse.s, coarse.f, now);
   document.body.dataset.redraws = String(Number(document.body.dataset.redraws || 0) + 1);
   document.body.dataset.points = String(charts.loop.points);
 }
@@ -89,12 +85,14 @@ const show = {
     head();
   },
   source(s) {
-    if (s.kind !== "finished") {  // it goes on, or has not ended yet
-      $("results-panel").hidden = true; $("guards-panel").hidden = false; $("temperature-panel").hidden = false;
-      if (state.chosen !== null) { state.chosen = null; put("loop-title", "Force over stroke"); put("traces-title", "Stroke and force over time"); }
-    }
+    if (s.kind !== "finished") { results.hide(); live(true); }  // it goes on, or has not ended yet
     head();
   },
+  zone(z) { setZone(z); put("zone", `Times of ${zoneName()}.`); for (const name of ["events", "notes", "now"]) if (state.sections[name]) show[name](state.sections[name]); },
+  channels(list) { traces.setChannels(list); },
+  cycles(content) { cycles.show(content); cycles.setAsked(asked(content.step)); },
+  loops() { state.dirty = true; },
+  windows() { state.dirty = true; },
   end() { head(); },
   problem() { head(); },
   now(n) {
@@ -105,15 +103,15 @@ const show = {
     put("further", (n.further || []).map((one) => `${one.name} ${fixed(one.value, 2)} ${one.unit}`).join(", "));
     put("cycle", n.cycles ? `${n.cycle} / ${n.cycles}` : String(n.cycle ?? "–"));
     const part = { "lead-in": ", leading in", "run-out": ", running out" }[n.part] || "";
-    put("phase", (n.phase || "") + part);
+    put("phase", (PHASES[n.phase] || n.phase || "") + part);
     put("step", n.steps ? `${n.step} / ${n.steps}` : "–");
     put("step-name", n.name || "");
-    if (n.remaining_s === null || n.remaining_s === undefined) { put("left", "–"); put("ends", ""); }
+    const ending = n.trip || n.stop_asked || outcome();  // nothing is foretold of a campaign that ends before its plan
+    if (ending || n.remaining_s === null || n.remaining_s === undefined) { put("left", "–"); put("ends", n.phase === "done" ? "over" : ending ? "it is being ended" : ""); }
     else {
       const left = n.remaining_s / (n.speed || 1);
       put("left", lasting(left));
-      const ends = new Date(Date.now() + 1000 * left);
-      put("ends", n.phase === "done" ? "over" : `ends about ${ends.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hour12: false })}${n.speed > 1.2 ? `, ${n.speed} × real time` : ""}`);
+      put("ends", n.phase === "done" ? "over" : `ends about ${clock(Date.now() + 1000 * left, false)}${n.speed > 1.2 ? `, ${n.speed} × real time` : ""}`);
     }
     const behind = n.durable === null || n.durable === undefined ? "" : `, ${n.durable.toLocaleString("en")} of them on the disk (durable)`;
     const lost = n.lost ? `, ${n.lost} lost on the wire` : "";
@@ -167,6 +165,7 @@ const show = {
       state.followedIndex = current.children[1].textContent;
       $("steps").scrollTop = current.offsetTop - $("steps").offsetTop - 80;
     }
+    if (state.sections.cycles) cycles.setAsked(asked(state.sections.cycles.step));
   },
   events(list) {
     replaceRows($("events"), list.length ? [...list].reverse().map((e) => {
@@ -182,14 +181,28 @@ const show = {
       return row;
     }) : [make("li", "empty", "none yet")]);
   },
-  runs(content) {
-    $("results-panel").hidden = false; $("guards-panel").hidden = true; $("temperature-panel").hidden = true;
-    put("evaluating", content.evaluating ? `Evaluating: ${content.runs.length} done …` : `${content.runs.length} runs${content.broken ? ", then the evaluation ended with a fault" : ""}. Values with expanded uncertainty (k = 2). Choose one to see its loop.`);
-    if (content.runs.length) headMeans(content.runs[0].columns);
-    $("runs").replaceChildren(...content.runs.map(runRow));
-    if (state.chosen === null && content.runs.length) choose(content.runs.length - 1);
-  },
+  runs(content) { live(false); results.show(content); },
 };
+
+function asked(step) { return (state.sections.steps || []).find((one) => one.index === step); }
+// what only a campaign that runs has makes room for its results
+function live(on) {
+  for (const id of ["guards-panel", "temperature-panel", "cycles-panel"]) $(id).hidden = !on;
+  traces.hold(!on);
+  if (on) { put("loop-title", "Force over stroke"); put("traces-title", "Over time"); }
+}
+function drawRun(run) {
+  put("loop-title", `Force over stroke: ${run.step || run.id}`); put("traces-title", `Over time: ${run.step || run.id}`);
+  const loop = run.loop;
+  if (loop.t && loop.t.length) {
+    charts.loop.x.reset(); charts.loop.y.reset(); charts.loop.zoom = null; charts.loop.windows = [];
+    charts.loop.show([[], []], [loop.s, loop.f], null);
+    put("loop-legend", "");
+    traces.showRun(loop.t, loop.s, loop.f);
+    document.body.dataset.points = String(charts.loop.points);
+  }
+  show.events(run.events.map((e) => ({ at: e.at_s === null ? "" : `${e.at_s.toFixed(1)} s`, text: e.text })));
+}
 
 function warmest() {
   const t = state.sections.temperature, n = state.sections.now || {}, stop = state.sections.campaign?.temperature_stop_C;
@@ -201,48 +214,6 @@ function warmest() {
   put("heat-more", stop === null || stop === undefined ? "" : value >= stop ? `at the stop: ${stop} °C` : `${fixed(stop - value, 1)} K to the stop`);
 }
 
-function value(entry, digits, factor = 1) {
-  if (!entry || entry.value === null || entry.value === undefined) return "–";
-  const u = entry.expanded_uncertainty;
-  return u ? `${fixed(entry.value * factor, digits)} ± ${fixed(u * factor, digits)}` : fixed(entry.value * factor, digits);
-}
-function headMeans(columns) {
-  document.querySelectorAll("th.mean").forEach((heading) => heading.remove());
-  $("means-from").after(...columns.map((one) => {
-    const heading = make("th", "mean", one.unit ? `${one.heading} ` : one.heading);
-    if (one.unit) heading.append(make("i", "", one.unit));
-    return heading;
-  }));
-}
-function runRow(run, index) {
-  const row = make("tr", index === state.chosen ? "chosen" : ""), x = run.extremes;
-  row.tabIndex = 0;
-  const first = make("td", "", run.step || run.id);
-  first.append(make("br"), make("small", "", run.problem ? run.problem : `${run.file.split("/").pop()} · ${run.status}`));
-  row.append(first, ...[run.verdict || "–", ...run.columns.map((one) => value(run.summary[one.name], one.decimals)), value(x.force_max_kN, 1), value(x.stroke_max_mm, 1), value(x.temperature_max_C, 1)].map((text) => make("td", "", text)));
-  row.addEventListener("click", () => choose(index));
-  row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
-  return row;
-}
-function choose(index) {
-  const run = state.sections.runs.runs[index];
-  state.chosen = index;
-  [...$("runs").children].forEach((row, i) => row.classList.toggle("chosen", i === index));
-  put("loop-title", `Force over stroke: ${run.step || run.id}`); put("traces-title", `Stroke and force over time: ${run.step || run.id}`);
-  const loop = run.loop;
-  if (loop.t && loop.t.length) {
-    for (const chart of [charts.loop.x, charts.loop.y, charts.stroke.y, charts.force.y]) chart.reset();
-    charts.loop.show([[], []], [loop.s, loop.f], null);
-    const end = loop.t[loop.t.length - 1];
-    charts.stroke.show(loop.t, loop.s, [loop.t[0], end], "seconds"); charts.force.show(loop.t, loop.f, [loop.t[0], end], "seconds");
-    document.body.dataset.points = String(charts.loop.points);
-  }
-  const passed = run.requirements.filter((r) => r.verdict === "pass").length;
-  const lines = [run.reason && `Ended: ${run.reason}`, run.requirements.length && `${passed} of ${run.requirements.length} requirements and conditions passed.`, ...run.requirements.filter((r) => r.verdict !== "pass").map((r) => `${r.id}${r.cycle ? `, cycle ${r.cycle}` : ""}: ${r.verdict}${r.why ? ` (${r.why})` : ""}`), ...run.warnings.map((w) => `Warning: ${typeof w === "string" ? w : JSON.stringify(w)}`)];
-  $("run-detail").replaceChildren(...lines.filter(Boolean).map((text) => make("small", "", text)));
-  show.events(run.events.map((e) => ({ at: e.at_s === null ? "" : `${e.at_s.toFixed(1)} s`, text: e.text })));
-}
-
 // --- what is going on with the data -------------------------------------------------------------------
 
 function age() { return state.age === null ? null : state.age + (performance.now() - state.ageAt) / 1000; }
@@ -251,6 +222,9 @@ function outcome() {  // how the campaign ended, as far as this page was told
   const { campaign: c, end } = state.sections;
   return end?.status || (c?.status !== "running" && c?.status) || "";
 }
+
+function upper(text) { return text ? text[0].toUpperCase() + text.slice(1) : ""; }
+function ended(status, reason) { return `${upper(reason.startsWith(status) ? reason : `campaign ${status}: ${reason}`)}.`.replace(/[.:\s]*\.$/, "."); }
 
 function head() {
   const { campaign: c, source, end, now, problem } = state.sections, kind = source?.kind, old = age();
@@ -261,29 +235,33 @@ function head() {
   else if (end) { text = end.status; look = end.status; }
   else if (kind === "finished") { text = c?.status || "over"; look = text; }
   else if (kind === "silent") { text = "no sign of life"; look = "lost"; }
-  else if (kind === "live" || kind === "journal") { text = now?.trip ? "stopping" : "running"; look = now?.trip ? "stopped" : "running"; }
+  else if (kind === "live" || kind === "journal") { text = now?.trip ? "stopping" : now?.stop_asked ? "stop asked" : "running"; look = text === "running" ? "running" : "stopped"; }
   const live = kind === "live" || kind === "journal";
   const stale = live && old !== null && old > OLD_S && !finished;
   if (!state.connected && !state.over) alarm = `Connection to the monitor lost${state.lostAt ? ` at ${state.lostAt}` : ""}. What you see is old. The campaign may well be running: look at the stand.`;
   else if (kind === "silent") alarm = "The campaign says it is running, but nothing has been heard of it for a while. The program may have ended: look at the stand.";
   else if (stale && kind === "live") alarm = `No new sample for ${old.toFixed(1)} s. What you see is old.`;
-  else if (now?.trip && !finished) alarm = `Stop: ${now.trip.reason}`;
-  else if (end && end.status !== "complete") alarm = `Campaign ${end.status}: ${end.reason}`;
-  else if (kind === "finished" && c && c.status !== "complete" && c.reason) alarm = `Campaign ${c.status}: ${c.reason}`;
+  else if (now?.trip && !finished) alarm = `Stopping: ${now.trip.reason}. The stand has not been seen to be safe yet.`;
+  else if (now?.stop_asked && !finished) alarm = `${upper(now.stop_asked)}. The stand still moves.`;
+  else if (end && (end.status !== "complete" || end.stand?.safe === false)) alarm = `${ended(end.status, end.reason)} ${!end.stand ? "The stand was not touched." : end.stand.safe ? "The stand was seen to be safe:" : "THE STAND WAS NOT SEEN TO BE SAFE: look at it."} ${(end.stand?.line || "").replace(/^safe stop: /, "")}`.trim();
+  else if (kind === "finished" && c && c.status !== "complete" && c.reason) alarm = ended(c.status, c.reason);
   else if (problem) alarm = problem;
   put("status", text);
   $("status").className = `pill ${look}`;
   document.body.classList.toggle("stale", !state.connected || stale || kind === "silent");
   $("alarm").hidden = !alarm; put("alarm", alarm);
-  $("alarm").classList.toggle("quiet", finished && c?.status !== "failed");
+  const calm = finished ? c?.status !== "failed" && end?.stand?.safe !== false : !now?.trip && Boolean(now?.stop_asked) && state.connected && !stale;
+  $("alarm").classList.toggle("quiet", Boolean(calm));
   document.querySelector(".readouts").hidden = !now;
   let said = "no sample yet";
-  if (finished && !live) said = c?.updated_utc ? `ended ${new Date(c.updated_utc).toLocaleString()}` : "";
+  if (finished && !live) said = c?.updated_utc ? `ended ${dayAndClock(c.updated_utc)}` : "";
   else if (old !== null) said = old > 3600 ? "sample over an hour old" : `newest sample ${old.toFixed(1)} s old${kind === "journal" ? ", from the journal" : ""}`;
-  if (state.over) said = "The monitor has ended with the campaign; “bufferstand monitor” shows it again.";
+  if (state.over) said = "This page has been closed. Everything is kept in the campaign's folder.";
   put("age", said);
   $("age").classList.toggle("old", !state.connected && !state.over || stale || kind === "silent");
   const running = live && !finished && state.connected;
+  $("close").hidden = !(kind === "finished" && state.connected && state.rights === "control");
+  for (const button of document.querySelectorAll(".while-running")) button.hidden = kind === "finished";
   for (const button of document.querySelectorAll("[data-after]")) button.disabled = !running;
   const step = document.querySelector("#steps .running .bar i");
   if (step && now?.cycles) step.style.width = `${Math.min(100, (100 * now.cycle) / now.cycles)}%`;
@@ -317,7 +295,7 @@ function connect() {
   wire.addEventListener("open", () => { state.connected = true; state.tries = 0; clearRows(); head(); });
   wire.addEventListener("message", (event) => take(JSON.parse(event.data)));
   wire.addEventListener("close", () => {
-    if (state.connected) state.lostAt = new Date().toLocaleTimeString([], { hour12: false });
+    if (state.connected) state.lostAt = clock(Date.now());
     state.connected = false;
     if (outcome()) { state.over = true; head(); return; }
     head();
@@ -350,9 +328,9 @@ async function enter(token) {
 function begin(session) {
   permit(session);
   if (!charts.loop) {
-    charts.loop = new LoopChart($("loop-chart"));
-    charts.stroke = new TraceChart($("stroke-chart"), "stroke in mm", "--stroke", { least: 5 });
-    charts.force = new TraceChart($("force-chart"), "force in kN", "--force", { least: 20 });
+    charts.loop = new LoopChart($("loop-chart"), { pointed: (x, y) => put("loop-cursor", x === null ? "" : `${fixed(x, 2)} mm, ${fixed(y, 1)} kN`) });
+    for (const [id, act] of [["loop-closer", () => charts.loop.closer(0.5)], ["loop-whole", () => charts.loop.whole()]]) $(id).addEventListener("click", act);
+    traces.begin(); cycles.begin(); results.begin(drawRun);
     charts.heat = new HeatChart($("heat-chart"));
     for (const name of ["events", "notes"]) show[name]([]);
     requestAnimationFrame(draw);
@@ -368,7 +346,7 @@ async function act(path, content, said) {
   put("answer", `${said} …`);
   try {
     const answer = await post(path, { ...content, name: name() });
-    put("answer", `${new Date().toLocaleTimeString([], { hour12: false })}  ${answer.text}`);
+    put("answer", `${clock(Date.now())} ${answer.text}`);
     return true;
   } catch (error) {
     put("answer", `NOT DONE: ${error.message}. Use the stand's own controls if it is urgent.`);
@@ -376,6 +354,7 @@ async function act(path, content, said) {
   }
 }
 for (const button of document.querySelectorAll("[data-after]")) button.addEventListener("click", () => act("/stop", { after: button.dataset.after }, "asking to stop"));
+$("close").addEventListener("click", () => act("/close", {}, "closing the page"));
 $("write").addEventListener("click", () => { $("note-form").hidden = !$("note-form").hidden; if (!$("note-form").hidden) $("note-text").focus(); });
 $("note-form").addEventListener("submit", async (event) => {
   event.preventDefault();

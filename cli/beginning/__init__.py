@@ -1,0 +1,28 @@
+"""The guided beginning: a first stand, specimen and campaign as commented files that are valid."""
+
+from typing import TYPE_CHECKING
+
+from bufferstand.foundation import loaded_when_used
+
+if TYPE_CHECKING:
+    from bufferstand.cli.beginning.answers import (
+        CAMPAIGNS,
+        CONTROLLERS,
+        MOST_FORCE_KN,
+        Answers,
+        parse_certificate,
+    )
+    from bufferstand.cli.beginning.writing import (
+        write_first_files,
+    )
+
+__all__ = [
+    "CAMPAIGNS",
+    "CONTROLLERS",
+    "MOST_FORCE_KN",
+    "Answers",
+    "parse_certificate",
+    "write_first_files",
+]
+
+__getattr__, __dir__ = loaded_when_used(__name__, __file__)

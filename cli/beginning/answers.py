@@ -1,0 +1,107 @@
+"""What the first files are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import date
+
+from bufferstand.foundation import BadInput
+
+CONTROLLERS = {
+    "ring": "samples into a ring of its own, all channels of one instant (recommended)",
+    "polling": "shows momentary values only, and is polled",
+}
+"""Kind of controller → what it is; each is a shipped register profile."""
+CAMPAIGNS = {
+    "en15551": "static characteristic, three cycles, EN 15551",
+    "sweeps": "the paper's sweeps of amplitude and speed at 20 and 50 mm prestress",
+    "warm-up": "static characteristic cold and warm, with the warming between recorded",
+}
+"""First campaign → what it does."""
+CHANNELS = ("force", "stroke_1", "stroke_2", "position", "force_2")
+"""Channels of the first stand whose certificate can be named."""
+MOST_FORCE_KN = 630.0
+"""Nominal force of the stand that the first files are of [kN]."""
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The calibration certificate of a channel."""
+
+    number: str
+    valid_until: date | None = None
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What was asked, or given by options.
+
+    Parameters
+    ----------
+    laboratory, stand : str
+        Name of the laboratory, id of the stand.
+    controller : str
+        One of :data:`CONTROLLERS`.
+    host : str
+        Its address; a loopback address is that of the stand's simulated twin.
+    port : int
+    force_max_kN, stroke_max_mm : float
+        Limits of the stand.
+    second_force : bool
+        A second amplifier on the load cell, on a serial line.
+    certificates : mapping
+        Channel → certificate.
+    specimen : str
+        Its id.
+    kind, category, elastic_system : str
+        As in a specimen file; an empty category is none.
+    max_stroke_mm : float
+    model : bool
+        The shipped elastomer spring stands for the specimen's until its own is identified.
+    campaign : str
+        One of :data:`CAMPAIGNS`.
+    operator : str
+    """
+
+    laboratory: str = "laboratory"
+    stand: str = "stand-1"
+    controller: str = "ring"
+    host: str = "127.0.0.1"
+    port: int = 15020
+    force_max_kN: float = 600.0
+    stroke_max_mm: float = 250.0
+    second_force: bool = True
+    certificates: dict[str, Certificate] = field(default_factory=dict)
+    specimen: str = "A-0001"
+    kind: str = "buffer"
+    category: str = "A"
+    elastic_system: str = "elastomer"
+    max_stroke_mm: float = 105.0
+    model: bool = True
+    campaign: str = "en15551"
+    operator: str = ""
+
+
+def parse_certificate(text: str) -> tuple[str, Certificate]:
+    """Return channel and certificate of ``CHANNEL=NUMBER`` or ``CHANNEL=NUMBER@YYYY-MM-DD``.
+
+    Raises
+    ------
+    BadInput
+        If it has another form, names no channel, or the day is none.
+    """
+    option, form = "--certificate", "CHANNEL=NUMBER@YYYY-MM-DD"
+    channel, separator, rest = text.partition("=")
+    number, at, day = rest.rpartition("@")
+    if not at:
+        number, day = rest, ""
+    if not separator or not number.strip():
+        raise BadInput(f"“{text}” has not the form {form}", file=option, remedy=f"write {option} {form}")
+    if channel not in CHANNELS:
+        raise BadInput(
+            f"there is no channel “{channel}”", file=option, remedy=f"name one of {', '.join(CHANNELS)}"
+        )
+    try:
+        return channel, Certificate(number.strip(), date.fromisoformat(day) if day else None)
+    except ValueError:
+        raise BadInput(f"“{day}” is no day", file=option, remedy="write it as 2027-01-31") from None

@@ -1,0 +1,151 @@
+"""``bufferstand init``: a guided beginning."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from shlex import quote
+from typing import Any
+
+import click
+
+from bufferstand.cli.arming import is_terminal, user_name
+from bufferstand.cli.beginning import CAMPAIGNS, CONTROLLERS, Answers, parse_certificate
+from bufferstand.cli.options import FOLDER, FiniteRange
+from bufferstand.foundation import BadInput, ExitStatus, program
+
+_NEXT = """{count} files in {folder}. Next:
+  {program} simulate-stand {stand}      in a second terminal: the stand's simulated twin
+  {program} check {stand}               reads every device once
+  {program} plan {campaign}             what the campaign would do
+  {program} desk {folder}               all of it in the browser"""
+_DEFAULTS = Answers()
+
+
+@click.command("init", epilog="Example:  bufferstand init laboratory --yes --campaign warm-up")
+@click.argument("folder", metavar="DIR", type=FOLDER)
+@click.option("--yes", is_flag=True, help="Ask nothing: what no option says is as proposed.")
+@click.option("--laboratory", metavar="NAME", help="Of the reports.")
+@click.option("--stand", metavar="ID", help="Of the stand.")
+@click.option(
+    "--controller",
+    type=click.Choice(list(CONTROLLERS)),
+    help="Kind of controller: with a sample ring, or polled.",
+)
+@click.option("--host", metavar="HOST", help="Address of the controller (default: of its simulated twin).")
+@click.option("--port", type=click.IntRange(1, 65535), help="Its port.")
+@click.option("--force-max", metavar="KN", type=FiniteRange(min=1.0, max=10000.0), help="Limit of the stand.")
+@click.option("--stroke-max", metavar="MM", type=FiniteRange(min=1.0, max=1000.0), help="Limit of the stand.")
+@click.option(
+    "--second-force/--no-second-force",
+    default=None,
+    help="A second amplifier on the load cell (serial line).",
+)
+@click.option(
+    "--certificate",
+    "certificates",
+    multiple=True,
+    metavar="CHANNEL=NUMBER@DATE",
+    help="Calibration certificate of a channel, and until when it is valid.",
+)
+@click.option("--specimen", metavar="ID", help="Of the first specimen.")
+@click.option("--kind", type=click.Choice(["buffer", "draw-gear"]), help="Of the specimen.")
+@click.option("--category", type=click.Choice(["A", "B", "C", "none"]), help="Of a buffer, EN 15551.")
+@click.option(
+    "--elastic-system",
+    type=click.Choice(["elastomer", "rubber-steel", "ring-spring"]),
+    help="Of the specimen.",
+)
+@click.option("--max-stroke", metavar="MM", type=FiniteRange(min=1.0, max=1000.0), help="Of the specimen.")
+@click.option(
+    "--model/--no-model",
+    default=None,
+    help="Plan force and heat with a shipped elastomer spring until its own is identified.",
+)
+@click.option("--campaign", type=click.Choice(list(CAMPAIGNS)), help="The first campaign.")
+@click.option("--operator", metavar="NAME", help="Of the campaign.")
+def command(folder: Path, yes: bool, certificates: tuple[str, ...], **given: Any) -> int:
+    """Make a first stand, specimen and campaign in DIR by questions: commented files that are valid.
+
+    The stand has a simulated twin, so that all of it can be tried at once. No file that is there is written
+    over. Without a terminal, or with --yes, nothing is asked.
+    """
+    from bufferstand.cli.beginning import write_first_files
+
+    asks = not yes and is_terminal(sys.stdin)
+    if not asks and not yes:
+        raise BadInput(
+            "there is no terminal to ask at", file="init", remedy="add --yes, and options for what differs"
+        )
+    named = dict(parse_certificate(text) for text in certificates)
+    try:
+        answers = _answers(given, named, asks=asks)
+    except EOFError:
+        raise BadInput("the questions were not answered: nothing was written", remedy="add --yes") from None
+    written = write_first_files(folder, answers)
+    where, stand, campaign = (quote(str(path)) for path in (folder, written[0], written[1]))
+    click.echo(
+        _NEXT.format(count=len(written), folder=where, stand=stand, campaign=campaign, program=program())
+    )
+    return ExitStatus.DONE
+
+
+def _answers(given: dict[str, Any], certificates: dict[str, Any], *, asks: bool) -> Answers:
+    """Return what was given, asked at the terminal where nothing was, or as proposed."""
+
+    def one(key: str, question: str, default: Any, kind: Any = None) -> Any:
+        if given.get(key) is not None:
+            return given[key]
+        if not asks:
+            return default
+        return click.prompt(question, default=default, type=kind, err=True)
+
+    def choice(key: str, question: str, about: dict[str, str], default: str) -> str:
+        if asks and given.get(key) is None:
+            for name, text in about.items():
+                click.echo(f"  {name:<9} {text}", err=True)
+        return str(one(key, question, default, click.Choice(list(about))))
+
+    def yes_no(key: str, question: str, *, default: bool) -> bool:
+        if given.get(key) is not None:
+            return bool(given[key])
+        return click.confirm(question, default=default, err=True) if asks else default
+
+    first = {
+        "laboratory": one("laboratory", "Laboratory", _DEFAULTS.laboratory),
+        "stand": one("stand", "Id of the stand", _DEFAULTS.stand),
+        "controller": choice("controller", "Kind of controller", CONTROLLERS, _DEFAULTS.controller),
+        "host": one("host", "Its address (127.0.0.1: its simulated twin)", _DEFAULTS.host),
+        "port": one("port", "Its port", _DEFAULTS.port, click.IntRange(1, 65535)),
+        "force_max_kN": one("force_max", "Largest force of the stand [kN]", _DEFAULTS.force_max_kN, float),
+        "stroke_max_mm": one(
+            "stroke_max", "Largest stroke of the stand [mm]", _DEFAULTS.stroke_max_mm, float
+        ),
+        "second_force": yes_no("second_force", "A second amplifier on the load cell?", default=True),
+        "specimen": one("specimen", "Id of the specimen", _DEFAULTS.specimen),
+        "kind": one("kind", "Its kind", _DEFAULTS.kind, click.Choice(["buffer", "draw-gear"])),
+        "elastic_system": one(
+            "elastic_system",
+            "Its elastic system",
+            _DEFAULTS.elastic_system,
+            click.Choice(["elastomer", "rubber-steel", "ring-spring"]),
+        ),
+        "max_stroke_mm": one("max_stroke", "Its largest stroke [mm]", _DEFAULTS.max_stroke_mm, float),
+    }
+    buffer = first["kind"] == "buffer"
+    category = one(
+        "category", "Its category (EN 15551)", "A" if buffer else "none", click.Choice([*"ABC", "none"])
+    )
+    alike = (
+        buffer
+        and first["elastic_system"] == "elastomer"
+        and first["max_stroke_mm"] == _DEFAULTS.max_stroke_mm
+    )
+    return Answers(
+        **first,
+        certificates=certificates,
+        category="" if category == "none" else category,
+        model=yes_no("model", "Plan with a shipped elastomer spring until its own is known?", default=alike),
+        campaign=choice("campaign", "First campaign", CAMPAIGNS, _DEFAULTS.campaign),
+        operator=one("operator", "Operator", user_name()),
+    )

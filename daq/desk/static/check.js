@@ -1,0 +1,45 @@
+// A stand is checked, touched off, and moved by small steps.
+"use strict";
+
+{
+  const stand = Desk.byId("work").dataset.stand;
+  const on = (id, what) => Desk.byId(id)?.addEventListener("click", (event) => Desk.during(event.currentTarget, what));
+
+  on("check", async () => {
+    Desk.say("The devices are being read…");
+    const said = await Desk.ask("/check/run", { stand });
+    Desk.byId("findings").innerHTML = said.html;
+    Desk.say(said.faults ? `The check found ${said.faults} fault${said.faults === 1 ? "" : "s"}.` : "The check found no fault.", said.faults > 0);
+  });
+
+  async function twin(what) {
+    const said = await Desk.ask("/check/twin", { stand, what, speed: Desk.byId("speed").value });
+    Desk.byId("twin-state").textContent = said.running ? "It is being served." : "It is not being served by this desk.";
+    Desk.say(said.running ? "The simulated stand can be asked." : "The simulated stand has ended.");
+  }
+  on("twin-serve", () => twin("serve"));
+  on("twin-end", () => twin("end"));
+
+  const typed = () => ({
+    stand,
+    id: Desk.byId("stand-id").value,
+    specimen: Desk.byId("specimen").value,
+    operator: Desk.byId("operator").value,
+  });
+
+  async function watched(path, content, done) {
+    Desk.say("");
+    const ended = await Desk.watch(await Desk.ask(path, content));
+    if (ended.status === 0) {
+      Desk.say(done);
+      if (path === "/check/zero" || path === "/check/tare") Desk.byId("zero").textContent = ended.text.split("\n").at(-2) ?? ended.text;
+    } else Desk.say(ended.text.split("\n").at(-1) || "It ended with a fault.", true);
+  }
+  on("zero-now", () => watched("/check/zero", typed(), "First contact is found, and stored as zero."));
+  on("tare", () => watched("/check/tare", { stand }, "What the channels read at rest is stored as zero."));
+  for (const button of document.querySelectorAll(".jog"))
+    button.addEventListener("click", () => Desk.during(button, () => watched("/check/jog", { ...typed(), by: button.dataset.by }, "It has moved.")));
+
+  // Enter, as a scanner ends with, takes the id and moves nothing.
+  Desk.byId("moving")?.addEventListener("submit", (event) => event.preventDefault());
+}

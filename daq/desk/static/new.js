@@ -1,0 +1,22 @@
+// The first files are made.
+"use strict";
+
+{
+  const form = Desk.byId("beginning");
+  // A scanner ends an id with Enter: that is not the end of the form.
+  form.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" || event.target.tagName !== "INPUT") return;
+    event.preventDefault();
+    const fields = [...form.elements].filter((one) => one.tagName !== "FIELDSET");
+    fields[fields.indexOf(event.target) + 1]?.focus();
+  });
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    Desk.during(Desk.byId("make"), async () => {
+      const content = {};
+      for (const one of form.elements) if (one.name) content[one.name] = one.type === "checkbox" ? one.checked : one.value;
+      const said = await Desk.ask("/new", content);
+      location.assign(`/prepare?campaign=${encodeURIComponent(said.campaign)}`);
+    });
+  });
+}

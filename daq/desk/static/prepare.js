@@ -1,0 +1,169 @@
+// A campaign is prepared: the text is what counts, the form changes it at single places, the plan follows.
+"use strict";
+
+{
+  const PLAN_AFTER_MS = 500;
+  const work = Desk.byId("work"), text = Desk.byId("text"), form = Desk.byId("form"), state = Desk.byId("state");
+  const page = String(Math.random()).slice(2);
+  let saved = text.value, asked = 0, timer = 0, chain = Promise.resolve();
+
+  const named = (more) => ({ name: work.dataset.name, text: text.value, ...more });
+
+  /** One change after the other: each starts from the text that the one before has left. */
+  const inTurn = (what) => (chain = chain.then(what).catch((error) => Desk.say(error.message, true)));
+
+  function changed() {
+    const differs = text.value !== saved;
+    state.textContent = differs ? "changed, not saved" : "as in the file";
+    for (const name of ["to-check", "to-start"])
+      Desk.byId(name).title = differs ? "What is not saved is not taken there" : "";
+    clearTimeout(timer);
+    timer = setTimeout(plan, PLAN_AFTER_MS);
+  }
+
+  async function plan() {
+    const mine = ++asked, place = Desk.byId("plan");
+    place.setAttribute("aria-busy", "true");
+    try {
+      const said = await Desk.ask("/prepare/plan", named({ page }));
+      if (mine !== asked) return; // the text has gone on
+      unmark();
+      if (said.plan) place.innerHTML = said.plan;
+      else wrong(said);
+    } catch (error) {
+      if (mine === asked) Desk.say(error.message, true);
+    } finally {
+      if (mine === asked) place.removeAttribute("aria-busy");
+    }
+  }
+
+  /** Say what is wrong above the text, at its line, and at its field of the form. */
+  function wrong(said) {
+    Desk.byId("wrong").textContent = said.wrong;
+    Desk.byId("plan").innerHTML = "";
+    const none = document.createElement("p");
+    none.className = "problem";
+    none.textContent = `No plan: ${said.wrong}`;
+    Desk.byId("plan").append(none);
+    text.setAttribute("aria-invalid", "true");
+    if (said.line && document.activeElement !== text) {
+      const height = parseFloat(getComputedStyle(text).lineHeight);
+      text.scrollTop = Math.max(0, (said.line - 4) * height);
+    }
+    const field = (said.field && Desk.byId(said.field)) || null;
+    const group = said.group && Desk.byId(said.group);
+    if (group) mark(field, group, said.wrong);
+  }
+
+  function mark(field, group, message) {
+    group.open = true;
+    const note = document.createElement("p");
+    note.className = "problem at-place";
+    note.textContent = message;
+    if (field) {
+      field.setAttribute("aria-invalid", "true");
+      field.closest("details.more")?.setAttribute("open", "");
+      field.closest(".field").append(note);
+    } else group.querySelector("summary").after(note);
+  }
+
+  function unmark() {
+    Desk.byId("wrong").textContent = "";
+    text.removeAttribute("aria-invalid");
+    for (const note of document.querySelectorAll(".at-place")) note.remove();
+    for (const field of form.querySelectorAll("[aria-invalid]")) field.removeAttribute("aria-invalid");
+  }
+
+  function newForm(html) {
+    const open = new Map([...form.querySelectorAll("details[id]")].map((one) => [one.id, one.open]));
+    form.innerHTML = html;
+    for (const [id, was] of open) {
+      const group = Desk.byId(id);
+      if (group) group.open = was;
+    }
+  }
+
+  form.addEventListener("change", (event) => {
+    const field = event.target;
+    if (!field.dataset.path) return;
+    inTurn(async () => {
+      try {
+        const said = await Desk.ask("/prepare/edit", named({ what: "set", path: JSON.parse(field.dataset.path), value: field.value }));
+        text.value = said.text;
+        changed();
+      } catch (error) {
+        unmark();
+        mark(field, field.closest("details.group"), error.message);
+      }
+    });
+  });
+
+  form.addEventListener("click", (event) => {
+    const button = event.target.closest("button");
+    if (!button) return;
+    const what = button.id === "add" ? { what: "add", kind: Desk.byId("kind").value } : { what: "remove", index: Number(button.dataset.remove) };
+    inTurn(async () => {
+      const said = await Desk.ask("/prepare/edit", named(what));
+      text.value = said.text;
+      newForm(said.form);
+      const steps = form.querySelectorAll("details[id^=g-step-]");
+      const next = steps[button.id === "add" ? steps.length - 1 : Math.min(what.index, steps.length - 1)];
+      if (next) {
+        next.open = true;
+        next.querySelector("summary").focus();
+      }
+      changed();
+    });
+  });
+
+  text.addEventListener("input", () => {
+    changed();
+    clearTimeout(text.waiting);
+    text.waiting = setTimeout(() => inTurn(async () => newForm((await Desk.ask("/prepare/edit", named({ what: "form" }))).form)), PLAN_AFTER_MS);
+  });
+
+  // A scanner types the id and ends it with Enter.
+  Desk.byId("scan").addEventListener("keydown", (event) => {
+    if (event.key !== "Enter") return;
+    event.preventDefault();
+    const id = event.target.value.trim(), choice = Desk.byId("f-campaign-specimen");
+    const found = choice && [...choice.options].find((one) => one.textContent.startsWith(`${id} (`));
+    if (!id || !found) {
+      Desk.say(`No specimen file in this folder has the id “${id}”: write one, or make it under New.`, true);
+      return;
+    }
+    choice.value = found.value;
+    choice.dispatchEvent(new Event("change", { bubbles: true }));
+    event.target.value = "";
+    Desk.say(`The specimen is ${id}.`);
+  });
+
+  function save(as) {
+    return Desk.during(Desk.byId(as ? "save-as" : "save"), async () => {
+      await chain;
+      const said = await Desk.ask("/prepare/save", named({ base: work.dataset.base, as }));
+      saved = text.value;
+      Desk.say(said.said);
+      if (as) location.assign(`/prepare?campaign=${encodeURIComponent(said.name)}`);
+      work.dataset.base = said.base;
+      state.textContent = "as in the file";
+    });
+  }
+
+  Desk.byId("save").addEventListener("click", () => save(""));
+  Desk.byId("save-as").addEventListener("click", () => {
+    const name = Desk.byId("new-name");
+    if (name.hidden) {
+      for (const one of document.querySelectorAll(".bar .hide")) one.hidden = false;
+      name.focus();
+    } else if (name.value.trim()) save(name.value.trim());
+  });
+  Desk.byId("new-name").addEventListener("keydown", (event) => {
+    if (event.key === "Enter") Desk.byId("save-as").click();
+  });
+  addEventListener("beforeunload", (event) => {
+    if (text.value !== saved) event.preventDefault();
+  });
+
+  if (!Desk.byId("save").disabled) plan();
+}

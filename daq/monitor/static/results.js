@@ -1,0 +1,51 @@
+// The runs of a campaign that has ended, as evaluation judges them.
+import { $, fixed, make, put } from "./times.js";
+
+const state = { content: null, chosen: null, drawn: () => {} };
+
+export function begin(drawn) { state.drawn = drawn; }
+export function chosen() { return state.chosen; }
+export function hide() { state.chosen = null; $("results-panel").hidden = true; }
+
+export function show(content) {
+  state.content = content;
+  const n = content.runs.length;
+  $("results-panel").hidden = false;
+  put("evaluating", content.evaluating ? `Evaluating: ${n} done …` : `${n} runs${content.broken ? ", then the evaluation ended with a fault" : ""}. Values with expanded uncertainty (k = 2). Choose one to see its loop.`);
+  if (n) headMeans(content.runs[0].columns);
+  $("runs").replaceChildren(...content.runs.map(runRow));
+  if (state.chosen === null && n) choose(n - 1);
+}
+
+function value(entry, digits, factor = 1) {
+  if (!entry || entry.value === null || entry.value === undefined) return "–";
+  const u = entry.expanded_uncertainty;
+  return u ? `${fixed(entry.value * factor, digits)} ± ${fixed(u * factor, digits)}` : fixed(entry.value * factor, digits);
+}
+function headMeans(columns) {
+  document.querySelectorAll("th.mean").forEach((heading) => heading.remove());
+  $("means-from").after(...columns.map((one) => {
+    const heading = make("th", "mean", one.unit ? `${one.heading} ` : one.heading);
+    if (one.unit) heading.append(make("i", "", one.unit));
+    return heading;
+  }));
+}
+function runRow(run, index) {
+  const row = make("tr", index === state.chosen ? "chosen" : ""), x = run.extremes;
+  row.tabIndex = 0;
+  const first = make("td", "", run.step || run.id);
+  first.append(make("br"), make("small", "", run.problem ? run.problem : `${run.file.split("/").pop()} · ${run.status}`));
+  row.append(first, ...[run.verdict || "–", ...run.columns.map((one) => value(run.summary[one.name], one.decimals)), value(x.force_max_kN, 1), value(x.stroke_max_mm, 1), value(x.temperature_max_C, 1)].map((text) => make("td", "", text)));
+  row.addEventListener("click", () => choose(index));
+  row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
+  return row;
+}
+function choose(index) {
+  const run = state.content.runs[index];
+  state.chosen = index;
+  [...$("runs").children].forEach((row, i) => row.classList.toggle("chosen", i === index));
+  const passed = run.requirements.filter((r) => r.verdict === "pass").length;
+  const lines = [run.reason && `Ended: ${run.reason}`, run.requirements.length && `${passed} of ${run.requirements.length} requirements and conditions passed.`, ...run.requirements.filter((r) => r.verdict !== "pass").map((r) => `${r.id}${r.cycle ? `, cycle ${r.cycle}` : ""}: ${r.verdict}${r.why ? ` (${r.why})` : ""}`), ...run.warnings.map((w) => `Warning: ${typeof w === "string" ? w : JSON.stringify(w)}`)];
+  $("run-detail").replaceChildren(...lines.filter(Boolean).map((text) => make("small", "", text)));
+  state.drawn(run);
+}

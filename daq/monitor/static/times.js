@@ -1,0 +1,39 @@
+// Times are the laboratory's, wherever this browser is; and small helpers that every part of the page needs.
+let zone = null;
+
+export function setZone(content) { zone = content; }
+export function zoneName() { return zone ? zone.name || `UTC${zone.offset_min < 0 ? "−" : "+"}${Math.abs(zone.offset_min) / 60}` : ""; }
+
+function written(date, options) {
+  if (isNaN(date)) return "";
+  if (!zone) return date.toLocaleString("sv-SE", { ...options, hour12: false });
+  try {
+    if (zone.name) return date.toLocaleString("sv-SE", { ...options, hour12: false, timeZone: zone.name });
+  } catch { /* a name that this browser does not know: by the offset */ }
+  return new Date(date.getTime() + 60000 * zone.offset_min).toLocaleString("sv-SE", { ...options, hour12: false, timeZone: "UTC" });
+}
+export function clock(when, seconds = true) {
+  return written(new Date(when), { hour: "2-digit", minute: "2-digit", ...(seconds ? { second: "2-digit" } : {}) });
+}
+export function dayAndClock(when) {
+  return written(new Date(when), { year: "numeric", month: "2-digit", day: "2-digit", hour: "2-digit", minute: "2-digit" });
+}
+export function lasting(seconds) {
+  const s = Math.max(0, Math.round(seconds)), m = Math.floor(s / 60), h = Math.floor(m / 60);
+  const two = (n) => String(n).padStart(2, "0");
+  return h ? `${h}:${two(m % 60)}:${two(s % 60)}` : `${m}:${two(s % 60)}`;
+}
+
+export const $ = (id) => document.getElementById(id);
+export function make(tag, className, text) {
+  const element = document.createElement(tag);
+  if (className) element.className = className;
+  if (text !== undefined && text !== null) element.textContent = String(text);
+  return element;
+}
+export function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
+export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
+export function choices(select, entries, chosen) {
+  select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", "", text); one.value = value; return one; }));
+  select.value = entries.some(([value]) => value === chosen) ? chosen : entries[0]?.[0] ?? "";
+}

@@ -1,0 +1,45 @@
+"""The desk's pages in real Chromium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.desk.served import HACK, laboratory, served
+from tests.desk.tab import PHONE, WIDE, Tab
+from tests.monitor.browser import chromium
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as it:
+        yield it
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
+def test_the_folder_is_shown_and_nothing_foreign_asked_for(browser: Any, tmp_path: Path, size: Any) -> None:
+    laboratory(tmp_path)
+    with served(tmp_path) as desk, Tab(browser, desk.link, **size) as it:
+        it.wait("!document.body.innerText.includes('may only look on')")
+        for name in ("demo", "en15551-static", "simulated-630kN", "A-105-E-01"):
+            it.says(name)
+        assert desk.token not in it.tab.url, "the token does not stay in the address"
+        assert it.width() == size["viewport"]["width"], "no scrolling sideways"
+        assert {url.split("/")[2] for url in it.requests} == {f"127.0.0.1:{desk.port}"}
+        assert it.complaints == []
+
+
+def test_script_in_a_file_is_shown_as_text_and_never_run(browser: Any, tmp_path: Path) -> None:
+    laboratory(tmp_path)
+    demo = tmp_path / "demo.toml"
+    text = demo.read_text()
+    lines = [f"title = '{HACK}'" if line.startswith("title") else line for line in text.splitlines()]
+    demo.write_text("\n".join(lines))
+    with served(tmp_path) as desk, Tab(browser, desk.link) as it:
+        it.says("<img src=x onerror")
+        assert it.tab.evaluate("window.hacked") is None
+        assert it.tab.locator("img, main script").count() == 0
+        assert it.complaints == []
