@@ -27,6 +27,7 @@ except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOP
 COMMANDS = {
     "demo": "The paper's campaign, shortened, on the simulated stand: runs, evaluation, report.",
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
+    "docs": "Find words in the documentation, or read it in the browser.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
     "record": "Record a stand that another controller moves (record-only mode).",
@@ -53,7 +54,7 @@ COMMANDS = {
 }
 
 SECTIONS = {
-    "Start here": ("demo", "samples"),
+    "Start here": ("demo", "samples", "docs"),
     "Test": ("plan", "check", "calibration", "stand", "run", "resume", "record", "monitor", "stop", "note"),
     "Know what was measured": (
         "runs",
@@ -94,6 +95,7 @@ MODULES = {
     "calibration": "calibration.group",
     "model": "model.group",
     "samples": "samples",
+    "docs": "docs",
     "schema": "schema",
 }
 """The module of each command, below :mod:`bufferstand.cli.commands`."""
