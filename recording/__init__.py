@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         MAIN_STREAM,
         Anchor,
         Event,
+        RecordingFault,
     )
     from bufferstand.recording.recorder import (
         RunRecorder,
@@ -18,6 +19,7 @@ __all__ = [
     "MAIN_STREAM",
     "Anchor",
     "Event",
+    "RecordingFault",
     "RunRecorder",
 ]
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shlex
 import signal
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 from bufferstand.drivers.stand_file.recording_stand import load_recording_stand
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.runfile.file import open_run
+from tests.house.house_page import ROOT
 from tests.record_only.bench import (
     ABSORBED_J,
     AMPLITUDE_MM,
@@ -19,6 +22,7 @@ from tests.record_only.bench import (
     SPECIMEN,
     begun,
     call,
+    command,
     force_kN,
     labjack,
     stand_text,
@@ -96,6 +100,25 @@ def test_kill_9_loses_nothing_that_was_acknowledged(tmp_path: Path) -> None:
     assert run.streams["acquisition"].rows >= held
     force = run.series("force")
     assert np.ptp(force.value) > 100.0
+
+
+def test_a_disk_that_takes_no_more_ends_it_with_what_was_kept(tmp_path: Path) -> None:
+    """A file-size limit stands for the full disk: the journal fails, and whatever was acknowledged stays."""
+    with labjack() as far:
+        stand = written(tmp_path, stand_text(far))
+        words = shlex.join(command("record", stand, "--out", tmp_path, "--name", "one", "--for", "60s"))
+        done = subprocess.run(
+            ["bash", "-c", f"ulimit -f 128; exec {words}"],  # in blocks of 1 KiB
+            capture_output=True, text=True, timeout=200, cwd=ROOT, check=False,
+        )  # fmt: skip
+    assert done.returncode == 4, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "recording failed" in done.stderr + done.stdout or "not sealed" in done.stderr
+    if not (tmp_path / "one.h5").exists():
+        call("record", stand, "--out", tmp_path, "--seal")
+    run = open_run(tmp_path / "one.h5")
+    assert run.status in ("failed", "recovered")
+    assert run.streams["acquisition"].rows > 0
 
 
 def test_a_limit_is_warned_of_and_asks_for_a_stop(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
-from bufferstand.foundation import BadInput, ExitStatus, Kind, WallClock, duration_text
+from bufferstand.foundation import BadInput, DeviceFault, ExitStatus, Kind, WallClock, duration_text
 
 if TYPE_CHECKING:
     from bufferstand.daq.record_only import RecordingOutcome, RecordingProgress
@@ -101,7 +101,7 @@ def _record(
     from bufferstand.daq.record_only import RecordingFacts, RecordingWatch, record_devices, recording_document
     from bufferstand.drivers import build_recording
     from bufferstand.foundation.specimen import load_specimen
-    from bufferstand.recording import RunRecorder
+    from bufferstand.recording import RecordingFault, RunRecorder
 
     about = None if specimen is None else load_specimen(specimen)
     of_test = None if about is None else about.test.kind
@@ -126,6 +126,8 @@ def _record(
                 tell=warn,
                 show=_show_progress,
             )
+        except RecordingFault as fault:
+            raise DeviceFault(str(fault)) from None
         finally:
             devices.close()
 
