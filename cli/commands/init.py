@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from bufferstand.cli.arming import is_terminal, user_name
-from bufferstand.cli.beginning import CAMPAIGNS, CONTROLLERS, Answers, parse_certificate, write_first_files
+from bufferstand.cli.beginning import CAMPAIGNS, CONTROLLERS, Answers, parse_certificate
 from bufferstand.cli.options import FOLDER, FiniteRange
 from bufferstand.foundation import BadInput, ExitStatus, program
 
@@ -70,6 +70,8 @@ def command(folder: Path, yes: bool, certificates: tuple[str, ...], **given: Any
     The stand has a simulated twin, so that all of it can be tried at once. No file that is there is written
     over. Without a terminal, or with --yes, nothing is asked.
     """
+    from bufferstand.cli.beginning import write_first_files
+
     asks = not yes and is_terminal(sys.stdin)
     if not asks and not yes:
         raise BadInput(
