@@ -29,6 +29,7 @@ COMMANDS = {
     "samples": "Copy the shipped samples: campaigns, stand, specimens, models, recorded runs.",
     "init": "Make a first stand, specimen and campaign by questions.",
     "desk": "Prepare, check, start, watch and judge campaigns in the browser.",
+    "docs": "Find words in the documentation, or read it in the browser.",
     "plan": "Dry run of a campaign: every step with its figures; refuses what breaks a limit.",
     "run": "Run a campaign; record one HDF5 file a run.",
     "resume": "Go on where a stopped, crashed or too hot campaign ended.",
@@ -54,7 +55,7 @@ COMMANDS = {
 }
 
 SECTIONS = {
-    "Start here": ("demo", "samples", "init", "desk"),
+    "Start here": ("demo", "samples", "init", "desk", "docs"),
     "Test": ("plan", "check", "calibration", "stand", "run", "resume", "monitor", "stop", "note"),
     "Know what was measured": (
         "runs",
@@ -96,6 +97,7 @@ MODULES = {
     "model": "model.group",
     "samples": "samples",
     "init": "init",
+    "docs": "docs",
     "schema": "schema",
 }
 """The module of each command, below :mod:`bufferstand.cli.commands`."""

@@ -58,7 +58,7 @@ def test_the_wheel_brings_one_package(wheel: Path) -> None:
     packed = {
         path.relative_to(wheel / "bufferstand").as_posix()
         for path in (wheel / "bufferstand").rglob("*")
-        if path.is_file() and "sample_runs" not in path.parts
+        if path.is_file() and not {"docs", "sample_runs"} & set(path.parts)
     }
     shipped = {
         path.relative_to(ROOT).as_posix()
@@ -67,6 +67,7 @@ def test_the_wheel_brings_one_package(wheel: Path) -> None:
     }
     assert shipped == packed - {"__init__.py", "__main__.py", "py.typed"}
     assert "py.typed" in packed
+    assert (wheel / "bufferstand" / "cli" / "docs" / "index.md").is_file()
 
 
 def test_from_the_wheel_files_of_the_users_own_lie_beside_the_script(wheel: Path, tmp_path: Path) -> None:
