@@ -113,6 +113,7 @@ def test_what_is_not_there_or_too_much_is_not_chosen(laboratory: Path, query: di
         chosen_of(Folder(laboratory), query)
 
 
+@pytest.mark.slow
 def test_the_models_loop_and_the_runs_are_those_of_the_same_cycle(laboratory: Path) -> None:
     path = laboratory / HARMONIC
     entry, _ = evaluate_entry(path)

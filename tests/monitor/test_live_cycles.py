@@ -55,7 +55,9 @@ def watched(time_s: Any, stroke_mm: Any, force_kN: Any, *, packet: int = 50, eve
     return live
 
 
-@pytest.mark.parametrize("name", ["001-static-5mm_s", "005-harmonic-20mm-20mm-1.27Hz"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("001-static-5mm_s", marks=pytest.mark.slow), "005-harmonic-20mm-20mm-1.27Hz"]
+)
 def test_figures_are_those_that_the_evaluation_finds_in_the_record(name: str) -> None:
     """Of samples rounded to 1 µm and 1 N, and of slow cycles fewer: within a part of the uncertainty."""
     path = RUNS / f"{name}.h5"

@@ -92,6 +92,7 @@ def test_a_script_that_nobody_watches_leaves_no_process_and_waits_for_none(ended
     assert "stays" not in done.stdout.replace("web.stays", "").rpartition("\n")[0]
 
 
+@pytest.mark.slow
 def test_it_ends_when_nobody_has_had_it_open_for_the_stated_time(
     ended: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
