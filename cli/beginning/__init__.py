@@ -10,6 +10,7 @@ if TYPE_CHECKING:
         CONTROLLERS,
         MOST_FORCE_KN,
         Answers,
+        is_like_shipped,
         parse_certificate,
     )
     from bufferstand.cli.beginning.writing import (
@@ -21,6 +22,7 @@ __all__ = [
     "CONTROLLERS",
     "MOST_FORCE_KN",
     "Answers",
+    "is_like_shipped",
     "parse_certificate",
     "write_first_files",
 ]

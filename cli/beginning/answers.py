@@ -82,6 +82,12 @@ class Answers:
     operator: str = ""
 
 
+def is_like_shipped(kind: str, elastic_system: str, max_stroke_mm: float) -> bool:
+    """Return whether a specimen is of the kind that the shipped spring model is of: no other may be planned
+    with it."""
+    return (kind, elastic_system, max_stroke_mm) == ("buffer", "elastomer", 105.0)
+
+
 def parse_certificate(text: str) -> tuple[str, Certificate]:
     """Return channel and certificate of ``CHANNEL=NUMBER`` or ``CHANNEL=NUMBER@YYYY-MM-DD``.
 

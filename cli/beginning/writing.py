@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from bufferstand.cli.beginning.answers import Answers
+from bufferstand.cli.beginning.answers import Answers, is_like_shipped
 from bufferstand.cli.beginning.campaign_text import CHECKLIST, campaign_text, specimen_text
 from bufferstand.cli.beginning.stand_text import stand_text
 from bufferstand.cli.campaign import prepare
@@ -33,6 +33,13 @@ def write_first_files(folder: Path, answers: Answers) -> list[Path]:
     BadInput
         If a file of that name is there, an answer cannot be, or the folder cannot be written.
     """
+    if answers.model and not is_like_shipped(answers.kind, answers.elastic_system, answers.max_stroke_mm):
+        raise BadInput(
+            "the shipped spring is that of a buffer with elastomer and 105 mm stroke: force and heat of "
+            "another cannot be planned with it, and nothing was written",
+            file="--model",
+            remedy="give --no-model",
+        )
     specimen = f"specimens/{_file_name(answers.specimen)}.toml"
     campaign = f"{answers.campaign}.toml"
     texts = {

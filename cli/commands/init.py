@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from bufferstand.cli.arming import is_terminal, user_name
-from bufferstand.cli.beginning import CAMPAIGNS, CONTROLLERS, Answers, parse_certificate
+from bufferstand.cli.beginning import CAMPAIGNS, CONTROLLERS, Answers, is_like_shipped, parse_certificate
 from bufferstand.cli.options import FOLDER, FiniteRange
 from bufferstand.foundation import BadInput, ExitStatus, program
 
@@ -136,16 +136,13 @@ def _answers(given: dict[str, Any], certificates: dict[str, Any], *, asks: bool)
     category = one(
         "category", "Its category (EN 15551)", "A" if buffer else "none", click.Choice([*"ABC", "none"])
     )
-    alike = (
-        buffer
-        and first["elastic_system"] == "elastomer"
-        and first["max_stroke_mm"] == _DEFAULTS.max_stroke_mm
-    )
+    alike = is_like_shipped(str(first["kind"]), str(first["elastic_system"]), float(first["max_stroke_mm"]))
     return Answers(
         **first,
         certificates=certificates,
         category="" if category == "none" else category,
-        model=yes_no("model", "Plan with a shipped elastomer spring until its own is known?", default=alike),
+        model=(alike or given.get("model") is True)
+        and yes_no("model", "Plan with a shipped elastomer spring until its own is known?", default=True),
         campaign=choice("campaign", "First campaign", CAMPAIGNS, _DEFAULTS.campaign),
         operator=one("operator", "Operator", user_name()),
     )

@@ -94,8 +94,17 @@ def test_nothing_is_written_over_and_nothing_half(tmp_path: Path) -> None:
         write_first_files(tmp_path, Answers())
     assert [path.name for path in tmp_path.iterdir()] == ["checklist.toml"]
     with pytest.raises(BadInput, match="no valid campaign, and nothing was written"):
-        write_first_files(tmp_path / "other", Answers(campaign="sweeps", max_stroke_mm=45.0))
+        write_first_files(tmp_path / "other", Answers(campaign="sweeps", max_stroke_mm=45.0, model=False))
     assert not (tmp_path / "other").exists()
+
+
+def test_the_shipped_spring_stands_for_no_specimen_of_another_kind(tmp_path: Path) -> None:
+    for other in ({"elastic_system": "ring-spring"}, {"kind": "draw-gear"}, {"max_stroke_mm": 75.0}):
+        with pytest.raises(BadInput, match="give --no-model"):
+            write_first_files(tmp_path / "lab", Answers(**other))
+    done = bufferstand("init", tmp_path / "lab", "--yes", "--elastic-system", "ring-spring")
+    assert done.returncode == 0
+    assert "\nmodel = " not in (tmp_path / "lab" / "specimens" / "A-0001.toml").read_text()
 
 
 def test_without_a_terminal_it_asks_for_options(tmp_path: Path) -> None:

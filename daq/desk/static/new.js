@@ -10,6 +10,13 @@
     const fields = [...form.elements].filter((one) => one.tagName !== "FIELDSET");
     fields[fields.indexOf(event.target) + 1]?.focus();
   });
+  // The shipped spring is that of a buffer with elastomer and 105 mm: no other is planned with it.
+  form.addEventListener("change", () => {
+    const stroke = Desk.byId("max-stroke").value.trim();
+    const alike = Desk.byId("kind").value === "buffer" && Desk.byId("elastic-system").value === "elastomer" && (!stroke || Number(stroke) === 105);
+    Desk.byId("model").disabled = !alike;
+    if (!alike) Desk.byId("model").checked = false;
+  });
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     Desk.during(Desk.byId("make"), async () => {
