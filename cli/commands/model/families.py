@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bufferstand.cli.options import EXISTING, SPRING_C, show_table, warn, write_json
+from bufferstand.cli.options import EXISTING, SPRING_C, warn, write_json
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import ExitStatus
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, SPRING_C, show_table, warn
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, warn
 from bufferstand.cli.samples import sample
+from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import BadInput, ExitStatus
 
 if TYPE_CHECKING:
