@@ -89,7 +89,7 @@ class Check:
             commands={
                 "check": shown("check", word_of(name)),
                 "zero": shown("stand", "zero", word_of(name), "--specimen", "ID", "--yes-move", "STAND"),
-                "twin": shown("simulate-stand", word_of(name)),
+                "twin": shown("simulate-stand", word_of(name), "--wait-for-reader"),
             },
         )
 
@@ -128,7 +128,9 @@ class Check:
                 "there is no such speed", remedy=f"give one of {', '.join(sorted(SPEEDS, key=int))}"
             )
         if not running:
-            words = ("simulate-stand", word_of(self._desk.folder.name(path)), "--speed", speed)
+            name = word_of(self._desk.folder.name(path))
+            # It shares this computer with whoever reads it: it waits, as a rehearsal's stand does.
+            words = ("simulate-stand", name, "--speed", speed, "--wait-for-reader")
             self._twins[path] = self._jobs.begin(*words, ends_with_desk=True)
         job = self._twins[path]
         while job.running and READY not in job.text:
