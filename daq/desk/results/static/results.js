@@ -10,6 +10,13 @@ const state = { result: null, ticked: new Set(), sort: "", down: false };
 function make(tag, text, className) { const e = document.createElement(tag); if (text !== undefined && text !== null) e.textContent = String(text); if (className) e.className = className; return e; }
 function fixed(value, digits) { return value === null || value === undefined ? "–" : Number(value).toFixed(digits).replace("-", "−"); }
 function short(value) { return value === null || value === undefined ? "–" : typeof value === "number" ? Number(value.toPrecision(5)).toString().replace("-", "−") : String(value); }
+// two significant digits of U, and the value to the same place
+function certain(value, u) {
+  if (value === null || value === undefined || !u) return short(value);
+  const places = 1 - Math.floor(Math.log10(u)), step = 10 ** -places;
+  const at = (one) => (places >= 0 ? one.toFixed(Math.min(places, 20)) : String(Math.round(one / step) * step)).replace("-", "−");
+  return `${at(value)} ± ${at(u)}`;
+}
 // an uncertainty that the decimals of the figure would make nothing keeps its own
 function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
@@ -90,7 +97,7 @@ function requirements() {
   $("passed").textContent = all.length ? `${all.filter(([, one]) => ["pass", "conditional-pass"].includes(one.verdict)).length} of ${all.length} passed` : "";
   fill($("requirements"), all.filter(([, one]) => !only || !["pass", "conditional-pass"].includes(one.verdict)).map(([r, one]) => row([
     make("td", r.step || r.id, "wrap"), make("td", `${one.id}: ${one.requirement}`, "wrap"), make("td", one.cycle ?? ""),
-    make("td", one.measured === null ? "–" : `${short(one.measured)}${one.expanded_uncertainty ? ` ± ${Number(one.expanded_uncertainty.toPrecision(2))}` : ""}`),
+    make("td", certain(one.measured, one.expanded_uncertainty)),
     make("td", one.lower_limit ?? ""), make("td", one.upper_limit ?? ""), make("td", one.unit ?? ""),
     make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3)), make("td", one.verdict, `left ${one.verdict}`), make("td", one.why, "wrap"),
   ])));
@@ -106,7 +113,7 @@ function showTrend() {
   const one = state.result.trends[$("trend").value || 0];
   drawTrend($("trend-chart"), one, one ? words(one.quantity) : "");
   $("trend-said").textContent = !one ? "A trend needs runs of the same prestress and amplitude at several frequencies." :
-    `${one.runs.length} runs${one.slope_per_Hz === null ? "" : `; slope ${short(one.slope_per_Hz)} ± ${short(one.slope_expanded_uncertainty_per_Hz)} per Hz`}. Bars: U of each run.${one.warnings.length ? ` ${one.warnings.join(" ")}` : ""}`;
+    `${one.runs.length} runs${one.slope_per_Hz === null ? "" : `; slope ${certain(one.slope_per_Hz, one.slope_expanded_uncertainty_per_Hz)} per Hz`}. Bars: U of each run.${one.warnings.length ? ` ${one.warnings.join(" ")}` : ""}`;
 }
 function specimens() {
   const names = [...new Set(state.result.runs.map((r) => r.specimen).filter(Boolean))];
