@@ -70,7 +70,7 @@ class LabJackSettings(AcquisitionSettings):
     """Time for a signal to settle behind the multiplexer of a T7 [µs]; 0 lets the device choose."""
     resolution_index: Annotated[int, Field(ge=0, le=16)] = 0
     """0 lets the device choose; at most 8 of a T7."""
-    buffer_bytes: Annotated[int, Field(ge=0)] = 0
+    buffer_bytes: Annotated[int, Field(ge=0, le=262144)] = 0
     """What the device keeps while nobody reads: a power of 2, at most 32768 (T7) or 262144 (T8); 0: that."""
     channel_interval_us: (
         Annotated[float, Field(ge=0.0), Within(0.0, 5000.0, "no scan of a stand takes longer")] | None

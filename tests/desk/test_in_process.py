@@ -1,0 +1,180 @@
+"""Every page of the desk, and what it does, without server and browser."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.desk.in_process import DeskInProcess
+from tests.desk.served import HACK, SAMPLES
+
+RUN = "runs/005-harmonic-20mm-20mm-1.27Hz.h5"
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("desk") / "laboratory"
+    shutil.copytree(SAMPLES, folder, ignore=shutil.ignore_patterns("*.md", "wires"))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def desk(root: Path) -> DeskInProcess:
+    return DeskInProcess(root)
+
+
+@pytest.mark.parametrize(
+    ("path", "query", "shown"),
+    [
+        ("/", "", "demo.toml"),
+        ("/new", "", "specimen"),
+        ("/prepare", "", "en15551.toml"),
+        ("/prepare", {"campaign": "demo.toml"}, "prestress"),
+        ("/check", "", "stand.toml"),
+        ("/check", {"stand": "stand.toml"}, "simulate-stand stand.toml"),
+        ("/check", {"campaign": "demo.toml"}, "Check"),
+        ("/start", "", "demo.toml"),
+        ("/start", {"campaign": "demo.toml"}, "--yes-move SPECIMEN"),
+        ("/campaign", "", "Campaigns"),
+        ("/results", "", "Results"),
+        ("/results", {"folder": "runs"}, "Requirements"),
+        ("/results", {"run": RUN}, "Requirements"),
+        ("/archive", "", "Find runs"),
+        ("/archive/run", {"path": RUN}, "A-105-E-01"),
+    ],
+)
+def test_each_page_is_shown(desk: DeskInProcess, path: str, query: object, shown: str) -> None:
+    answer = desk.look(path, query)
+    assert answer.status == 200, answer.text[-2000:]
+    assert shown in answer.text
+    assert (
+        "default-src 'none'" in answer.headers["content-security-policy"]
+        or "default-src 'self'" in (answer.headers["content-security-policy"])
+    )
+
+
+@pytest.mark.parametrize(
+    ("path", "query"),
+    [
+        ("/prepare", {"campaign": "../outside.toml"}),
+        ("/prepare", {"campaign": "nothing.toml"}),
+        ("/check", {"stand": "demo.toml"}),
+        ("/start", {"campaign": "stand.toml"}),
+        ("/campaign", {"folder": "runs"}),
+        ("/campaign/report", {"folder": "runs", "file": "../demo.toml"}),
+        ("/results", {"folder": "/etc"}),
+        ("/results", {"run": "demo.toml"}),
+        ("/archive/run", {"path": "demo.toml"}),
+        ("/prepare/picture/none", ""),
+    ],
+)
+def test_what_is_not_there_or_lies_elsewhere_is_said_in_one_page(
+    desk: DeskInProcess, path: str, query: object
+) -> None:
+    answer = desk.look(path, query)
+    assert answer.status == 404
+    assert "Traceback" not in answer.text
+
+
+def test_the_form_changes_one_value_of_the_text_and_saves_it_unless_somebody_else_did(
+    desk: DeskInProcess, root: Path
+) -> None:
+    shutil.copy(root / "demo.toml", root / "mine.toml")
+    text = (root / "mine.toml").read_text()
+    said = {
+        "name": "mine.toml",
+        "text": text,
+        "what": "set",
+        "path": ["limits", "temperature_stop_C"],
+        "value": "38",
+    }
+    changed = desk.act("/prepare/edit", said).json["text"]
+    assert tomllib.loads(changed) == {
+        **(was := tomllib.loads(text)), "limits": {**was["limits"], "temperature_stop_C": 38.0}
+    }  # fmt: skip
+    assert desk.act("/prepare/edit", {**said, "value": "warm"}).status == 409
+    assert desk.act("/prepare/edit", {**said, "path": ["limits", "nothing"]}).status == 409
+    more = desk.act(
+        "/prepare/edit", {"name": "mine.toml", "text": text, "what": "add", "kind": "static"}
+    ).json
+    assert len(tomllib.loads(more["text"])["step"]) == len(was["step"]) + 1
+    less = desk.act(
+        "/prepare/edit", {"name": "mine.toml", "text": more["text"], "what": "remove", "index": 0}
+    ).json
+    assert len(tomllib.loads(less["text"])["step"]) == len(was["step"])
+    saved = {"name": "mine.toml", "text": changed, "base": "another"}
+    refused = desk.act("/prepare/save", saved)
+    assert refused.status == 409
+    assert "by somebody else" in refused.json["problem"]
+    assert (root / "mine.toml").read_text() == text
+    assert desk.act("/prepare/save", {**saved, "as": "of-mine"}).json["name"] == "of-mine.toml"
+    assert (root / "of-mine.toml").read_text() == changed
+    assert desk.act("/prepare/save", {**saved, "as": "of-mine"}).status == 409, "it is there already"
+    assert desk.act("/prepare/save", {**saved, "as": "../of-mine"}).status == 409
+
+
+def test_a_plan_that_breaks_a_limit_is_said_at_its_line(desk: DeskInProcess, root: Path) -> None:
+    text = (root / "demo.toml").read_text()
+    wrong = text.replace("temperature_stop_C = 40.0", "temperature_stop_C = 4000.0", 1)
+    assert wrong != text
+    answer = desk.act("/prepare/plan", {"name": "demo.toml", "text": wrong, "page": "p"}).json
+    assert "temperature_stop_C" in answer["wrong"]
+    assert wrong.splitlines()[answer["line"] - 1].startswith("temperature_stop_C")
+    assert not list(root.glob(".*.toml")), "the draft is gone"
+
+
+def test_the_start_is_of_this_computer_with_the_specimen_typed(desk: DeskInProcess, root: Path) -> None:
+    asked = {"campaign": "demo.toml", "specimen": "A-105-E-01", "out": "campaigns/one", "simulate": True}
+    elsewhere = desk.act("/start", asked, client="192.168.1.7")
+    assert elsewhere.status == 403
+    assert "this is done at the stand" in elsewhere.json["problem"]
+    assert desk.act("/start", asked, session="none").status == 403
+    assert desk.act("/start", {**asked, "specimen": ""}).status == 409
+    assert desk.act("/start", {**asked, "speed": "1000"}).status == 409
+    assert desk.act("/start", asked, origin="http://elsewhere.example").status == 403
+    assert desk.act("/start", asked, **{"content-type": "text/plain"}).status == 415
+    assert not (root / "campaigns").exists()
+
+
+def test_the_archive_finds_by_words_and_conditions_and_hands_on_a_table(desk: DeskInProcess) -> None:
+    assert desk.look("/archive/runs").json["all"] == 6
+    found = desk.look("/archive/runs", {"where": "frequency_Hz > 1", "words": "160"}).json
+    assert [row["path"] for row in found["rows"]] == [RUN]
+    assert desk.look("/archive/runs", {"where": "frequency_Hz >"}).status == 409
+    assert desk.look("/archive/runs", {"first": "many"}).status == 400
+    table = desk.look("/archive/table", {"words": "static"})
+    assert table.headers["content-type"].startswith("text/csv")
+    assert len(table.text.splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("path", "content"),
+    [
+        ("/campaign/stop", {"folder": "runs", "after": "now"}),
+        ("/campaign/note", {"folder": HACK, "text": HACK}),
+        ("/campaign/resume", {"folder": "runs", "specimen": "A"}),
+        ("/campaign/live", {"folder": "nowhere"}),
+        ("/results/again", {"folder": ["runs"]}),
+        ("/prepare/edit", {"name": "demo.toml", "text": 5}),
+        ("/prepare/edit", {"name": "demo.toml", "text": "a = [", "what": "add", "kind": "static"}),
+    ],
+)
+def test_what_cannot_be_done_is_answered_with_one_message(
+    desk: DeskInProcess, path: str, content: dict[str, object]
+) -> None:
+    answer = desk.act(path, content)
+    assert answer.status == 409, answer.text
+    assert answer.json["problem"]
+    assert "Traceback" not in answer.text
+
+
+def test_an_evaluation_is_given_with_the_command_that_makes_it(desk: DeskInProcess) -> None:
+    found = desk.look("/results/evaluation", {"run": RUN}).json
+    assert found["command"].endswith(f"evaluate {RUN}")
+    (run,) = found["runs"]
+    damping, u = run["values"]["damping"]
+    assert damping == pytest.approx(0.222, abs=0.002)
+    assert 0.001 < u < 0.01
