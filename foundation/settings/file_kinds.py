@@ -8,6 +8,7 @@ from typing import Any
 KINDS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "CampaignFile": ("a campaign file", ("campaign",)),
     "StandFile": ("a stand file", ("stand", "controller")),
+    "RecordingStand": ("a stand file", ("stand", "acquisition")),
     "SpecimenFile": ("a specimen file", ("specimen",)),
     "ModelFile": ("a spring model", ("model", "curves")),
     "ProfileFile": ("a register profile", ("profile", "register")),

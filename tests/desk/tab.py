@@ -65,4 +65,6 @@ class Tab:
 
 def entered(it: Tab) -> None:
     """Wait until the link's token has become a session, and the page has come again with it."""
-    it.wait("!location.hash && !document.body.innerText.includes('may only look on')")
+    it.wait(
+        "!location.hash && document.body !== null && !document.body.innerText.includes('may only look on')"
+    )

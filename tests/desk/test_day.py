@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests.desk.served import Served, served
-from tests.desk.tab import PHONE, WIDE, Tab
+from tests.desk.tab import PHONE, WIDE, Tab, entered
 from tests.monitor.browser import chromium
 
 PICTURES = os.environ.get("BUFFERSTAND_PICTURES")
@@ -76,7 +76,7 @@ def free_port() -> int:
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
     with served(tmp_path) as desk, Technician(browser, desk.link, **size) as it:
-        it.wait("!document.body.innerText.includes('may only look on')")
+        entered(it)
         it.go(f"{desk.origin}/new")
         it.fill(stand="hall-2", specimen="B-77", port=str(free_port()), certificate_force="K-17")
         it.look("new", size)
@@ -199,7 +199,7 @@ def stopped_and_resumed(it: Technician, desk: Served, folder: str, size: Any) ->
 def reported(it: Technician, size: Any) -> None:
     """The report is made and shown, and the results are one push away."""
     it.push("#report")
-    it.wait("document.body.innerText.includes('The report is made')", 300.0)
+    it.wait("document.body?.innerText.includes('The report is made')", 300.0)
     it.look("complete", size)
     link = it.tab.locator("#state a[href*='.html']").first
     with it.context.expect_page() as opened:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.desk.served import HACK, laboratory, served
-from tests.desk.tab import PHONE, WIDE, Tab
+from tests.desk.tab import PHONE, WIDE, Tab, entered
 from tests.monitor.browser import chromium
 
 
@@ -23,7 +23,7 @@ def browser() -> Iterator[Any]:
 def test_the_folder_is_shown_and_nothing_foreign_asked_for(browser: Any, tmp_path: Path, size: Any) -> None:
     laboratory(tmp_path)
     with served(tmp_path) as desk, Tab(browser, desk.link, **size) as it:
-        it.wait("!document.body.innerText.includes('may only look on')")
+        entered(it)
         for name in ("demo", "en15551-static", "simulated-630kN", "A-105-E-01"):
             it.says(name)
         assert desk.token not in it.tab.url, "the token does not stay in the address"

@@ -282,17 +282,13 @@ CLICK = """() => document.getElementById("stop-now").addEventListener("click",
 def stopped_s(path: Path) -> float:
     """Return when the controller's set point stopped following the plan [s since the epoch], from the run."""
     run = open_run(path)
-    command = run.series("command")
+    command = run.series("command").value
     time_us = run.streams["controller"].time
-    moving = np.flatnonzero(np.abs(np.diff(command.value)) > 0.0)
-    steps_s = np.diff(time_us[moving]) / 1e6
-    # the ramp of 5 mm/s moves the set point by a count of 0.01 mm every 2 ms, until it is held
-    first_pause = moving[1 + int(np.argmax(steps_s > 0.02))]
-    pause_begins = moving[int(np.argmax(steps_s > 0.02))]
-    assert steps_s.max() > 0.02, "the set point was never held"
-    assert pause_begins < first_pause
-    anchor = min(run.anchors, key=lambda a: abs(a.device_us - int(time_us[pause_begins])))
-    offset_s = (int(time_us[pause_begins]) - anchor.device_us) / 1e6
+    # the one stroke of the plan would have gone on rising
+    held = int(np.argmax(command))
+    assert 8.0 < command[held] < 50.0, "it was held amid the stroke"
+    anchor = min(run.anchors, key=lambda a: abs(a.device_us - int(time_us[held])))
+    offset_s = (int(time_us[held]) - anchor.device_us) / 1e6
     return datetime.fromisoformat(anchor.utc).timestamp() + offset_s
 
 

@@ -33,7 +33,7 @@ class LabJackInput(Settings):
     """As it is written on the device: ``AIN0``."""
     differential: bool = False
     """Measured against the next input (AIN1 of AIN0) instead of ground. The T8's inputs are so always."""
-    range_V: Annotated[float, Field(gt=0)] = 10.0
+    range_V: Annotated[float, Field(gt=0, le=11)] = 10.0
     """Range in volts, plus and minus."""
     channel: Channel
     """Its calibration takes volts: coefficients in the channel's unit per volt."""
