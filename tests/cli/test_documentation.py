@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, MutableMapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-from urllib.parse import urlencode
 from urllib.request import urlopen
 
 import pytest
@@ -23,51 +19,10 @@ from starlette.applications import Starlette
 from bufferstand.cli.commands.docs import command
 from bufferstand.cli.documentation import Page, documentation_site, find, read_pages
 from bufferstand.foundation import BadInput
+from tests.asgi import ask
 
 PAGES = read_pages()
 SITE = documentation_site()
-
-
-@dataclass
-class Answer:
-    """What the site answers."""
-
-    status: int = 0
-    headers: dict[str, str] = field(default_factory=dict)
-    body: bytes = b""
-
-    @property
-    def text(self) -> str:
-        return self.body.decode()
-
-
-def ask(site: Starlette, path: str, query: str = "") -> Answer:
-    """Ask a site as a web server does (ASGI)."""
-    answer = Answer()
-
-    asked = False
-
-    async def receive() -> dict[str, Any]:
-        nonlocal asked
-        if asked:
-            await asyncio.Event().wait()  # who asks does not go away
-        asked = True
-        return {"type": "http.request", "body": b"", "more_body": False}
-
-    async def send(message: MutableMapping[str, Any]) -> None:
-        if message["type"] == "http.response.start":
-            answer.status = message["status"]
-            answer.headers = {name.decode(): value.decode() for name, value in message["headers"]}
-        else:
-            answer.body += message.get("body", b"")
-
-    scope = {
-        "type": "http", "method": "GET", "path": path, "raw_path": path.encode(), "root_path": "",
-        "query_string": urlencode({"q": query}).encode() if query else b"", "headers": [],
-        "server": ("127.0.0.1", 80), "client": ("127.0.0.1", 1), "scheme": "http", "http_version": "1.1",
-    }  # fmt: skip
-    asyncio.run(site(scope, receive, send))
-    return answer
 
 
 @pytest.fixture
@@ -141,7 +96,7 @@ def test_a_word_is_found_where_another_begins_with_it_and_only_sections_with_all
 @settings(max_examples=25)
 @given(st.text(max_size=60))
 def test_any_query_is_answered_and_none_becomes_markup(query: str) -> None:
-    answer = ask(SITE, "/search", f"<script>{query}")
+    answer = ask(SITE, "/search", {"q": f"<script>{query}"})
     assert answer.status == 200
     assert "<script" not in answer.text
 

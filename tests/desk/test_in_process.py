@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,8 +23,10 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def desk(root: Path) -> DeskInProcess:
-    return DeskInProcess(root)
+def desk(root: Path) -> Iterator[DeskInProcess]:
+    it = DeskInProcess(root)
+    with it.jobs.ending():
+        yield it
 
 
 @pytest.mark.parametrize(
