@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,13 +10,13 @@ from importlib.resources import files
 from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-from starlette.requests import ClientDisconnect, Request
+from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from bufferstand.daq.desk.commands import Commands
 from bufferstand.daq.desk.folder import Folder
-from bufferstand.daq.monitor import Access, Rights, is_loopback, static_files
+from bufferstand.daq.monitor import Access, Rights, is_loopback, posted_object, static_files
 from bufferstand.foundation import BadInput, plain
 
 MOST_BYTES = 512 * 1024
@@ -158,24 +157,8 @@ class Desk:
         """Return what a page of ours has sent, or why it is refused."""
         if not self.access.origin_is_ours(request.headers.get("origin"), request.headers["host"]):
             return refusal(403, "only the desk's own pages are heard")
-        if request.headers.get("content-type", "").partition(";")[0] != "application/json":
-            return refusal(415, "JSON is expected")
-        body = bytearray()
-        try:
-            async with asyncio.timeout(BODY_S):
-                async for part in request.stream():
-                    body += part
-                    if len(body) > MOST_BYTES:
-                        return refusal(413, "this is too long")
-        except TimeoutError:
-            return refusal(408, "this took too long")
-        except ClientDisconnect:  # nobody is there any more to be told
-            return refusal(400, "this broke off")
-        try:
-            content = json.loads(body)
-        except (ValueError, RecursionError):
-            content = None
-        return content if isinstance(content, dict) else refusal(400, "a JSON object is expected")
+        found = await posted_object(request, MOST_BYTES, BODY_S)
+        return refusal(*found) if isinstance(found, tuple) else found
 
     def keep_session(self, response: Response, session: str) -> None:
         """Give the browser its session."""

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
         Gate,
         static_files,
     )
+    from bufferstand.daq.monitor.posted import (
+        posted_object,
+    )
     from bufferstand.daq.monitor.process import (
         Address,
         bind,
@@ -48,6 +51,7 @@ __all__ = [
     "links",
     "new_tokens",
     "parse_address",
+    "posted_object",
     "publishing",
     "serve",
     "static_files",

@@ -6,7 +6,6 @@ Everything that comes in is checked before anything is done with it: host, origi
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 import time
 from contextlib import suppress
@@ -14,7 +13,7 @@ from importlib.resources import files
 from typing import Any
 
 from starlette.applications import Starlette
-from starlette.requests import ClientDisconnect, HTTPConnection, Request
+from starlette.requests import HTTPConnection, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -23,6 +22,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from bufferstand.daq.monitor.access import Access, Rights
 from bufferstand.daq.monitor.actions import Actions, who_asks
 from bufferstand.daq.monitor.follower import Follower
+from bufferstand.daq.monitor.posted import posted_object
 from bufferstand.daq.monitor.view import Cursor
 from bufferstand.foundation import BadInput
 
@@ -248,24 +248,8 @@ class Pages:
         if not self._access.origin_is_ours(request.headers.get("origin"), request.headers["host"]):
             await asyncio.to_thread(self._actions.refused, _address(request), f"{what} from a foreign page")
             return _refusal(403, "only the monitor's own page is heard")
-        if request.headers.get("content-type", "").partition(";")[0] != "application/json":
-            return _refusal(415, "JSON is expected")
-        body = bytearray()
-        try:
-            async with asyncio.timeout(BODY_S):
-                async for part in request.stream():
-                    body += part
-                    if len(body) > MOST_BYTES:
-                        return _refusal(413, "this is too long")
-        except TimeoutError:
-            return _refusal(408, "this took too long")
-        except ClientDisconnect:  # nobody is there any more to be told
-            return _refusal(400, "this broke off")
-        try:
-            content = json.loads(body)
-        except (ValueError, RecursionError):
-            content = None
-        return content if isinstance(content, dict) else _refusal(400, "a JSON object is expected")
+        found = await posted_object(request, MOST_BYTES, BODY_S)
+        return _refusal(*found) if isinstance(found, tuple) else found
 
     @property
     def are_open(self) -> bool:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from bufferstand.drivers.instruments import TAGS, Table, kinds
+from bufferstand.drivers.instruments import TAGS, Instrument, Table, Thermometers, kinds, stream_name
 from bufferstand.foundation.settings import Settings
 
 
@@ -49,3 +51,31 @@ else:
     AmplifierEntry = _entries("amplifier")
     TemperatureEntry = _entries("temperature")
     OtherEntry = _entries("sensor")
+
+
+def instruments_in(
+    amplifiers: Sequence[Settings], sensors: Sequence[Settings], folder: Path
+) -> tuple[Instrument, ...]:
+    """Return the instruments of a stand file's lists, without thermometers: amplifiers, then sensors.
+
+    Parameters
+    ----------
+    amplifiers, sensors : sequence of Settings
+        Entries, in the order of the file.
+    folder : Path
+        That relative paths in it start from.
+    """
+    lists: tuple[tuple[Table, Sequence[Settings]], ...] = (("amplifier", amplifiers), ("sensor", sensors))
+    return tuple(
+        Instrument(stream_name(table, number), (table, number), entry, folder)
+        for table, entries in lists
+        for number, entry in enumerate(entries)
+    )
+
+
+def thermometers_in(entries: Sequence[Settings], folder: Path) -> tuple[Thermometers, ...]:
+    """Return the devices of thermometers of a stand file's list ``[[temperature]]``."""
+    return tuple(
+        Thermometers(stream_name("temperature", number), ("temperature", number), entry, folder)
+        for number, entry in enumerate(entries)
+    )

@@ -14,13 +14,14 @@ from bufferstand.drivers.instruments import (
     StandForce,
     Thermometers,
     Travel,
-    stream_name,
 )
 from bufferstand.drivers.stand_file.instrument_lists import (
     AmplifierEntry,
     OneOrMore,
     OtherEntry,
     TemperatureEntry,
+    instruments_in,
+    thermometers_in,
 )
 from bufferstand.drivers.stand_file.schema import StandFacts
 from bufferstand.foundation import BadInput
@@ -138,23 +139,12 @@ class RecordingStand(Settings):
     @property
     def instruments(self) -> tuple[Instrument, ...]:
         """Amplifiers, then sensors."""
-        amplifiers = [
-            Instrument(stream_name("amplifier", number), ("amplifier", number), entry, self.folder)
-            for number, entry in enumerate(self.amplifier)
-        ]
-        sensors = [
-            Instrument(stream_name("sensor", number), ("sensor", number), entry, self.folder)
-            for number, entry in enumerate(self.sensor)
-        ]
-        return (*amplifiers, *sensors)
+        return instruments_in(self.amplifier, self.sensor, self.folder)
 
     @property
     def thermometers(self) -> tuple[Thermometers, ...]:
         """The devices of thermometers."""
-        return tuple(
-            Thermometers(stream_name("temperature", number), ("temperature", number), entry, self.folder)
-            for number, entry in enumerate(self.temperature)
-        )
+        return thermometers_in(self.temperature, self.folder)
 
     @property
     def temperature_sensors(self) -> tuple[SensorEntry, ...]:

@@ -32,7 +32,6 @@ from bufferstand.drivers.instruments import (
     StandFrequency,
     StandSpeed,
     Stiffness,
-    Table,
     TcpAddress,
     Thermometers,
     Travel,
@@ -55,6 +54,8 @@ from bufferstand.drivers.stand_file.instrument_lists import (
     OneOrMore,
     OtherEntry,
     TemperatureEntry,
+    instruments_in,
+    thermometers_in,
 )
 from bufferstand.foundation import BadInput, curve_problem
 from bufferstand.foundation.channels import CHANNEL_UNITS, Channel
@@ -306,23 +307,12 @@ class StandFile(Settings):
     @property
     def instruments(self) -> tuple[Instrument, ...]:
         """The instruments beside the controller, without thermometers: amplifiers, then sensors."""
-        lists: tuple[tuple[Table, tuple[Settings, ...]], ...] = (
-            ("amplifier", self.amplifier),
-            ("sensor", self.sensor),
-        )
-        return tuple(
-            Instrument(stream_name(table, number), (table, number), entry, self.folder)
-            for table, entries in lists
-            for number, entry in enumerate(entries)
-        )
+        return instruments_in(self.amplifier, self.sensor, self.folder)
 
     @property
     def thermometers(self) -> tuple[Thermometers, ...]:
         """The devices of thermometers."""
-        return tuple(
-            Thermometers(stream_name("temperature", number), ("temperature", number), entry, self.folder)
-            for number, entry in enumerate(self.temperature)
-        )
+        return thermometers_in(self.temperature, self.folder)
 
     @property
     def temperature_sensors(self) -> tuple[SensorEntry, ...]:
