@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,6 +188,38 @@ class StreamFacts:
     device: str
     simulated: bool = False
     readings: ReadingLimits | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What only the hardware could tell, and what it told.
+
+    Parameters
+    ----------
+    item, value : str
+        What was found out, and what was found, with its unit.
+    remark : str
+        What is to be written into the stand file; empty where all is as it says.
+    figures : mapping of str to float
+        The same as numbers; names carry their units.
+    is_wrong : bool
+        Whether the device cannot be used as the stand file says.
+    """
+
+    item: str
+    value: str
+    remark: str = ""
+    figures: Mapping[str, float] = field(default_factory=dict)
+    is_wrong: bool = False
+
+
+@runtime_checkable
+class FindsOut(Protocol):
+    """What can find out by reading alone what its documents do not say."""
+
+    def findings(self) -> Sequence[Finding]:
+        """Get what was found out; may raise DeviceFault."""
+        ...
 
 
 class Controller(Protocol):

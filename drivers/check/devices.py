@@ -29,7 +29,14 @@ from bufferstand.drivers.connect import build_controller
 from bufferstand.drivers.connect_recording import build_recording
 from bufferstand.drivers.connect_sensors import build_sensors
 from bufferstand.drivers.controllers import FAULT_TEXTS, is_read_by_one, leeway_of, who_uses
-from bufferstand.drivers.interfaces import Controller, MotionState, SampleBlock, Sensor, SensorFault
+from bufferstand.drivers.interfaces import (
+    Controller,
+    FindsOut,
+    MotionState,
+    SampleBlock,
+    Sensor,
+    SensorFault,
+)
 from bufferstand.drivers.stand_file import RecordingStand, StandFile
 from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import Channel, PlausibilityWatch, farthest_strokes
@@ -169,6 +176,7 @@ def _controller_rows(
         "identity",
         f"{identity.device}, serial {identity.serial}, {identity.sample_rate_Hz:g} Hz, at {identity.address}",
     )
+    yield from _found_out_rows(controller)  # before what a wrong setting keeps from being read
     yield from _liveness_rows(controller, clock)
     polled = not is_read_by_one(controller)
     user = _user_row(controller)
@@ -207,6 +215,13 @@ def _controller_rows(
         yield _implausible(row, channel, newest)
     if farthest := farthest_strokes(values):
         yield difference_row(*farthest, stand_file.stand.tilt_max_mm)
+
+
+def _found_out_rows(controller: Controller) -> Iterator[CheckRow]:
+    """Yield what the documents of the controller do not say, found out by reading."""
+    for found in controller.findings() if isinstance(controller, FindsOut) else ():
+        verdict = Verdict.FAULT if found.is_wrong else Verdict.NOTE if found.remark else Verdict.OK
+        yield CheckRow("controller", found.item, found.value, verdict, found.remark, figures=found.figures)
 
 
 def _outage_row(stand_file: StandFile) -> CheckRow:

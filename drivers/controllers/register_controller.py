@@ -12,7 +12,15 @@ from bufferstand.drivers.controllers.identity import find_mismatch
 from bufferstand.drivers.controllers.named_registers import NamedRegisters
 from bufferstand.drivers.controllers.writer_lock import WriterLock
 from bufferstand.drivers.controllers.writer_notice import NoticeBoard
-from bufferstand.drivers.interfaces import ControllerStatus, EndReason, Identity, MotionState, WriterSeen
+from bufferstand.drivers.interfaces import (
+    ControllerStatus,
+    EndReason,
+    Finding,
+    FindsOut,
+    Identity,
+    MotionState,
+    WriterSeen,
+)
 from bufferstand.drivers.modbus import ModbusLink, ModbusRefusal
 from bufferstand.drivers.register_maps import IDENTITY, SIMULATED, SIMULATED_SIGN, Profile
 from bufferstand.foundation import (
@@ -94,6 +102,16 @@ class RegisterController:
             profile=f"{facts.id} edition {facts.edition}{shown} sha256 {self._profile.hash}",
             sample_rate_Hz=rate_Hz,
         )
+
+    def findings(self) -> Sequence[Finding]:
+        """Get what its link finds out by reads alone; empty where the documents say all.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        return self._link.findings() if isinstance(self._link, FindsOut) else ()
 
     def says_simulated(self) -> bool:
         """Return whether the controller says of itself that it is a simulated one; nothing is written.

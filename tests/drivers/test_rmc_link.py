@@ -153,8 +153,8 @@ def test_a_wrong_word_order_and_a_wrong_model_are_told(tmp_path: Path) -> None:
 
 def test_what_no_number_is_in_a_variable_ends_nothing(bench: Bench) -> None:
     link = bench.controller._link  # type: ignore[attr-defined]
-    read = link._variables
-    link._variables = lambda: {
+    read = link._variables.all
+    link._variables.all = lambda: {
         **read(),
         "trips": float("nan"),
         "left_s": float("inf"),

@@ -275,6 +275,27 @@ def test_check_says_what_answers(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert "delta-rmc" in done.stdout
     assert "12 samples of 4 data sets" in done.stdout
+    assert "little, as the stand file says" in done.stdout
+    assert "124 registers: 14 samples of 4 data sets" in done.stdout
+
+
+def test_check_finds_out_how_much_one_read_may_be(tmp_path: Path) -> None:
+    """A stand file that asks for too much is told by how much, before anything else fails for it."""
+    with rmc_stand(tmp_path, unsaid=Unsaid(largest_read=101)) as stand:
+        done = bufferstand("check", stand.path, "--json")
+        assert done.returncode == 4
+        rows = {row["item"]: row for row in json.loads(done.stdout)["findings"]}
+        found = rows["largest read"]
+        assert found["figures"] == {"largest_read": 100.0}
+        assert found["verdict"] == "fault"
+        assert "write largest_read = 100" in found["remark"]
+        text = stand.path.read_text(encoding="utf-8")
+        keys = "[controller.rmc]\n"
+        assert keys in text
+        stand.path.write_text(text.replace(keys, f"{keys}largest_read = 100\n"), encoding="utf-8")
+        done = bufferstand("check", stand.path, "--json")
+        rows = {row["item"]: row for row in json.loads(done.stdout)["findings"]}
+        assert rows["largest read"]["verdict"] == "ok"
 
 
 @pytest.mark.slow

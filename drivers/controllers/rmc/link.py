@@ -8,24 +8,21 @@ lies in the controller's variables, and the watchdog program there acts on it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 
 from bufferstand.drivers.controllers.rmc.addresses import MODELS, PRODUCT, VARIABLES
-from bufferstand.drivers.controllers.rmc.axis import AxisCommand, AxisStatus, RmcAxis
+from bufferstand.drivers.controllers.rmc.axis import AxisCommand, RmcAxis
 from bufferstand.drivers.controllers.rmc.identity import find_mismatch
+from bufferstand.drivers.controllers.rmc.largest_read import MOST, find_largest_read
 from bufferstand.drivers.controllers.rmc.motions import MotionBounds, MotionPort
-from bufferstand.drivers.controllers.rmc.plot import PlotBlock, PlotUpload, samples_per_read
-from bufferstand.drivers.controllers.rmc.program import (
-    AT,
-    SINE_BLOCK,
-    VARIABLES_USED,
-    RELEASE_SPEED_mm_per_s,
-)
+from bufferstand.drivers.controllers.rmc.plot import PlotUpload, samples_per_read
+from bufferstand.drivers.controllers.rmc.plot_window import PlotWindow
+from bufferstand.drivers.controllers.rmc.program import RELEASE_SPEED_mm_per_s
 from bufferstand.drivers.controllers.rmc.registers import RmcRegisters
 from bufferstand.drivers.controllers.rmc.settings import RmcSettings
-from bufferstand.drivers.interfaces import EndReason, MotionState
+from bufferstand.drivers.controllers.rmc.shown_state import state_of, status_word
+from bufferstand.drivers.controllers.rmc.variables import WatchdogVariables, milliseconds, whole
+from bufferstand.drivers.interfaces import EndReason, Finding
 from bufferstand.drivers.modbus import Exchange, ModbusLink, ModbusRefusal, Table, Wire
 from bufferstand.drivers.register_maps import COMMAND, IDENTITY, STATUS, Profile
 from bufferstand.foundation import DeviceFault
@@ -37,7 +34,7 @@ WITHOUT_CHANGE, WITH_CHANGE = 1, 2
 """Editions that the gateway shows: whether a running sine can be changed."""
 Check = Callable[[Sequence[int]], str]
 """Says what is doubtful about registers that were read; empty where nothing is."""
-_US, _WHOLE = 1_000_000, 1 << 32
+_WHOLE = 1 << 32
 _CAUSES = {1: EndReason.WATCHDOG}
 """Why a motion has ended, by the program's ``cause``; all others are limits of the device."""
 _ACTUATOR = 4
@@ -75,11 +72,11 @@ class RmcLink(ModbusLink):
         model = MODELS[settings.model]
         self._profile, self._settings, self._model = profile, settings, model
         self._registers = RmcRegisters(self._read_rmc, self._write_rmc, settings.word_order)
-        self._base = VARIABLES.plus(settings.variables)
+        self._variables = WatchdogVariables(self._registers, settings.variables)
         self._axis = RmcAxis(self._registers, settings)
         self._port = MotionPort(
             self._axis,
-            _Block(self),
+            self._variables,
             bounds,
             settings.change,
             now_s=self.now_s,
@@ -99,10 +96,7 @@ class RmcLink(ModbusLink):
             now_s=now_s,
             note=self.note,
         )
-        self._rate_Hz = 0.0
-        self._uploading = False
-        self._block: PlotBlock | None = None
-        self._asked = 0
+        self._window = PlotWindow(self._plot, profile, self._channels)
         self._control = 0
         self._kept_values: dict[str, float] = {}
         names = profile.registers.items()
@@ -116,22 +110,34 @@ class RmcLink(ModbusLink):
     def _write_rmc(self, address: int, values: Sequence[int], what: str, once: bool) -> None:
         super().write(address, values, what, hurry=once)
 
-    def variable(self, name: str) -> float:
-        """Get one of the program's variables."""
-        return self._registers.reals(self._base.plus(AT[name]), 1, f"variable {name}")[0]
+    # --- what only the hardware can tell ----------------------------------------------------------------
 
-    def set_variable(self, name: str, value: float) -> None:
-        """Set one of the program's variables."""
-        self._registers.set_reals(self._base.plus(AT[name]), (value,), f"variable {name}")
+    def findings(self) -> Sequence[Finding]:
+        """Find out, by reads alone, how many registers one read may have; the word order was seen before.
 
-    @cached_property
-    def sine_block(self) -> int:
-        """Number of the first register of the sine's status block."""
-        return self._base.plus(SINE_BLOCK).number
-
-    def _variables(self) -> dict[str, float]:
-        found = self._registers.reals(self._base, VARIABLES_USED, "the watchdog program's variables")
-        return dict(zip(AT, found, strict=True))
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        stated, order = self._settings.largest_read, self._settings.word_order
+        found = find_largest_read(lambda count: self._read_rmc(VARIABLES.wire, count, "largest read"))
+        remark = ""
+        if found < 2 * (stated // 2):
+            remark = f"the stand file says {stated}; write largest_read = {found} in [controller.rmc]"
+        elif found > stated:
+            remark = f"largest_read = {stated} asks for less than it answers: write {min(found + 1, MOST)}"
+        return (
+            Finding("word order", f"{order}, as the stand file says"),
+            Finding(
+                "largest read",
+                f"{found} registers: {samples_per_read(found, len(self._channels))} samples of "
+                f"{len(self._channels)} data sets",
+                remark,
+                {"largest_read": float(found)},
+                is_wrong=found < 2 * (stated // 2),
+            ),
+        )
 
     # --- what a ring controller's driver asks -------------------------------------------------------
 
@@ -212,7 +218,7 @@ class RmcLink(ModbusLink):
             As :meth:`read` and :meth:`write`.
         """
         if exchange.read_address == self._profile.ring.address:
-            return self._window(int(self._profile.decode("ring_acknowledge", exchange.values)))
+            return self._window.read(int(self._profile.decode("ring_acknowledge", exchange.values)))
         self.write(exchange.write_address, exchange.values, exchange.what)
         return self.read(exchange.read_address, exchange.read_count, exchange.what, check=check)
 
@@ -225,20 +231,20 @@ class RmcLink(ModbusLink):
             return self._identity()
         if names & set(COMMAND) or names <= {"execute", "control_word", "ring_acknowledge"}:
             return {name: self._kept_values.get(name, 0.0) for name in self._profile.registers}
-        variables = self._variables()
+        variables = self._variables.all()
         return {
             "force_limit": variables["force_limit"],
             "stroke_limit": variables["stroke_limit"],
-            "writer": _whole(variables["writer"]) % 0x10000,
-            "watchdog_feed": _whole(variables["beat"]) % 0x10000,
-            "watchdog_time": _milliseconds(variables["watchdog_s"]),
-            "simulated": _whole(variables["simulated"]) % 0x10000,
+            "writer": whole(variables["writer"]) % 0x10000,
+            "watchdog_feed": whole(variables["beat"]) % 0x10000,
+            "watchdog_time": milliseconds(variables["watchdog_s"]),
+            "simulated": whole(variables["simulated"]) % 0x10000,
         }
 
     def _identity(self) -> Mapping[str, float]:
         """Get who answers; a wrong word order, and a program that is not loaded, are told apart."""
         product, _, cpu, revision = self._registers.reals(PRODUCT, 4, "the controller's information")
-        variables = self._variables()
+        variables = self._variables.all()
         model = self._model
         if mismatch := find_mismatch(
             variables,
@@ -246,15 +252,15 @@ class RmcLink(ModbusLink):
             expected=model.product,
             model=model.name,
             order=self._settings.word_order,
-            test_at=self._base.plus(AT["test"]),
+            test_at=self._variables.at("test"),
         ):
             raise DeviceFault(f"{self.name} at {self.address}: {mismatch}")
         if self._samples < 1:
             raise DeviceFault(
                 f"{len(self._channels)} data sets do not fit one read; write a larger largest_read"
             )
-        self._rate_Hz = self._plot.rate()
-        if not self._uploading:
+        self._window.rate_Hz = self._plot.rate()
+        if not self._window.is_uploading:
             self._say_what_it_carries()
         expected = self._profile.find
         return {
@@ -262,36 +268,37 @@ class RmcLink(ModbusLink):
             "profile_version": WITHOUT_CHANGE if self._settings.change is None else WITH_CHANGE,
             "test_float": expected("test_float").expect or 0.0,
             "test_integer": expected("test_integer").expect or 0,
-            "serial": (_whole(variables["number"]) or _whole(65536 * cpu + revision)) % _WHOLE,
-            "sample_rate": self._rate_Hz,
-            "simulated": _whole(variables["simulated"]) % 0x10000,
+            "serial": (whole(variables["number"]) or whole(65536 * cpu + revision)) % _WHOLE,
+            "sample_rate": self._window.rate_Hz,
+            "simulated": whole(variables["simulated"]) % 0x10000,
         }
 
     def _say_what_it_carries(self) -> None:
-        if self._rate_Hz > 0.0:
+        if self._window.rate_Hz > 0.0:
             self.note(
                 f"a read of the plot gives {self._samples} samples of {len(self._channels)} data sets: "
-                f"{self._rate_Hz / self._samples:.0f} reads a second are needed"
+                f"{self._window.rate_Hz / self._samples:.0f} reads a second are needed"
             )
 
     def _status(self) -> Mapping[str, float]:
         """Get one snapshot: the axis first, then what the program says of it."""
-        status, variables = self._axis.look(), self._variables()
-        cause = _whole(variables["cause"])
+        status, variables = self._axis.look(), self._variables.all()
+        cause = whole(variables["cause"])
         fault = cause or (_ACTUATOR if status.halted and status.enabled else 0)
         self._port.look(status, _CAUSES.get(fault, EndReason.DEVICE_LIMIT if fault else EndReason.NONE))
-        port, state = self._port, self._state(status, fault)
+        port, motion = self._port, self._port.motion
+        state = state_of(status, fault, self._control, None if motion is None else motion.state)
         return {
-            "status_word": self._word(status, fault),
+            "status_word": status_word(status, fault, self._control),
             "state": state,
             "fault_code": fault,
-            "echo_sequence": port.echo or _whole(variables["sequence"]) % 0x10000,
+            "echo_sequence": port.echo or whole(variables["sequence"]) % 0x10000,
             "reject_code": port.reject,
             "done_sequence": port.done,
             "cycles_done": port.cycles_done,
-            "heartbeat": _whole(variables["alive"]) % 0x10000,
-            "watchdog_remaining": _milliseconds(variables["left_s"]),
-            "watchdog_trips": _whole(variables["trips"]) % 0x10000,
+            "heartbeat": whole(variables["alive"]) % 0x10000,
+            "watchdog_remaining": milliseconds(variables["left_s"]),
+            "watchdog_trips": whole(variables["trips"]) % 0x10000,
             "end_reason": port.end,
             "force": status.force_kN,
             "stroke": status.stroke_mm,
@@ -300,26 +307,6 @@ class RmcLink(ModbusLink):
             "tick": self._plot.clock_us() % _WHOLE,
         }
 
-    def _state(self, status: AxisStatus, fault: int) -> MotionState:
-        if fault:
-            return MotionState.RELEASING if status.enabled else MotionState.FAULT
-        if not status.enabled:
-            return MotionState.READY if self._control & 0x06 == 0x06 else MotionState.OFF
-        if self._port.motion is not None:
-            return self._port.motion.state
-        return MotionState.HOLDING if status.done else MotionState.RAMPING
-
-    def _word(self, status: AxisStatus, fault: int) -> int:
-        """Return the state as CiA 402 has it."""
-        if fault:
-            return 0x022F if status.enabled else 0x0228
-        if status.enabled:
-            return 0x0237
-        control = self._control
-        if control & 0x06 != 0x06:
-            return 0x0260
-        return 0x0233 if control & 0x01 else 0x0231
-
     # --- acting -------------------------------------------------------------------------------------
 
     def _act(self, name: str, value: float) -> None:
@@ -327,9 +314,9 @@ class RmcLink(ModbusLink):
             case "control_word":
                 self._switch(int(value))
             case "watchdog_feed":
-                self.set_variable("beat", value)
+                self._variables.set("beat", value)
             case "watchdog_time":
-                self.set_variable("watchdog_s", value / 1000.0)
+                self._variables.set("watchdog_s", value / 1000.0)
             case "writer":
                 self._set_writer(int(value))
             case "execute":
@@ -339,11 +326,11 @@ class RmcLink(ModbusLink):
         clear = {"clear": self._settings.clear_mm, "release_speed": RELEASE_SPEED_mm_per_s}
         for name, value in {**written, **clear}.items():
             if name in ("force_limit", "stroke_limit", *clear):
-                self.set_variable(name, float(value))
+                self._variables.set(name, float(value))
 
     def _take_limits(self) -> None:
         """See by what limits a command is judged: those that the controller holds."""
-        variables = self._variables()
+        variables = self._variables.all()
         self._port.force_limit_kN = variables["force_limit"]
         self._port.stroke_limit_mm = variables["stroke_limit"]
         self._ready = self._axis.look()
@@ -358,13 +345,13 @@ class RmcLink(ModbusLink):
         self._take_limits()
         self._port.look(self._ready, EndReason.NONE)
         self._port.execute(sequence, self._ready, ready=self._is_ready)
-        self.set_variable("sequence", float(sequence))
+        self._variables.set("sequence", float(sequence))
 
     def _switch(self, word: int) -> None:
         edge, self._control = word & ~self._control, word
         if edge & 0x80:
             self._axis.send(AxisCommand.CLEAR_FAULTS)
-            self.set_variable("cause", 0.0)
+            self._variables.set("cause", 0.0)
         enabled = self._axis.look().enabled
         if word & 0x0B == 0x0B and not enabled:
             self._axis.enable(on=True)
@@ -373,81 +360,11 @@ class RmcLink(ModbusLink):
 
     def _set_writer(self, number: int) -> None:
         """Write who may give commands; what another program holds is not taken."""
-        holder = _whole(self.variable("writer"))
+        holder = whole(self._variables.get("writer"))
         if number and holder not in (0, number):
             raise ModbusRefusal(
                 f"{self.name} at {self.address}: program {holder} may give commands", ILLEGAL_VALUE
             )
-        self.set_variable("writer", float(number))
+        self._variables.set("writer", float(number))
         if number and not holder:
             self.sleep(SET_APART_S)
-
-    # --- samples ------------------------------------------------------------------------------------
-
-    def _window(self, acknowledged: int) -> list[int]:
-        """Return the window of a ring that begins where it is asked for."""
-        if not self._uploading:
-            self._plot.begin()
-            self._uploading = True
-        if self._block is None or self._asked != acknowledged:  # else it is asked for once more
-            self._block, self._asked = self._plot.read(), acknowledged
-        block = self._block
-        header = {
-            "first_sequence": (self._plot.next if block is None else block.first) % _WHOLE,
-            "count": 0 if block is None else len(block.rows),
-            "overruns": self._plot.overruns,
-            "status_word": 0,
-        }
-        ring = self._profile.ring
-        words = self._profile.ring_header.encode({name: header[name] for name, _ in ring.header})
-        if block is not None:
-            words += self._sample_words(block)
-        return words + [0] * (ring.registers - len(words))
-
-    def _sample_words(self, block: PlotBlock) -> list[int]:
-        period_us, words = _US / self._rate_Hz, []
-        layout = self._profile.ring_sample
-        for number, row in enumerate(block.rows.tolist()):
-            sample = dict(zip(self._channels, row, strict=True))
-            sample["tick"] = round((block.first + number) * period_us) % _WHOLE
-            words += layout.encode(sample)
-        return words
-
-
-def _whole(value: float) -> int:
-    """Return a variable as a whole number; 0 for what is no number."""
-    return round(value) if math.isfinite(value) else 0
-
-
-def _milliseconds(seconds: float) -> int:
-    """Return seconds as a register of 16 bits has them [ms]."""
-    return min(0xFFFF, max(0, _whole(1000.0 * seconds)))
-
-
-class _Block:
-    """The status block of Sine Start, and the turn, among the program's variables."""
-
-    def __init__(self, link: RmcLink) -> None:
-        self._link = link
-
-    @property
-    def number(self) -> int:
-        """Of its first register."""
-        return self._link.sine_block
-
-    def reset(self) -> None:
-        """Write that no sine has begun."""
-        self._link.set_variable("cycle", -1.0)
-
-    def cycles(self) -> float:
-        """Get how many cycles are done."""
-        return self._link.variable("cycle")
-
-    def set_turn(self, force_kN: float, speed_mm_per_s: float) -> None:
-        """Write where a static stroke turns back by itself; the speed first."""
-        self._link.set_variable("turn_speed", speed_mm_per_s)
-        self._link.set_variable("turn_force", force_kN)
-
-    def has_turned(self) -> bool:
-        """Whether the watchdog program has turned since."""
-        return self._link.variable("turn_force") == 0.0
