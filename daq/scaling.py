@@ -14,6 +14,9 @@ from bufferstand.foundation.channels import STROKE_CHANNELS, Branch, Zero, mean_
 FORCES = ("force", "force_2")
 """The two ways to the force: the controller's, and an amplifier's of its own."""
 
+DERIVED = ("stroke", "tilt")
+"""Signals that are made of a device's draw wires: those of the controller lead, others have none."""
+
 
 @dataclass(frozen=True)
 class ScaledBlock:

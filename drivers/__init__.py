@@ -24,13 +24,16 @@ if TYPE_CHECKING:
     )
     from bufferstand.drivers.interfaces import (
         NO_REPLY,
+        ClockReading,
         Controller,
         ControllerStatus,
         EndReason,
         Identity,
         MotionState,
+        OwnClock,
         ReadingLimits,
         SampleBlock,
+        Sensor,
         SensorFault,
         Stand,
         StreamFacts,
@@ -39,6 +42,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NO_REPLY",
+    "ClockReading",
     "Controller",
     "ControllerAnswer",
     "ControllerStatus",
@@ -46,9 +50,11 @@ __all__ = [
     "Identity",
     "KnownInstrument",
     "MotionState",
+    "OwnClock",
     "ReadingLimits",
     "RecordingDevices",
     "SampleBlock",
+    "Sensor",
     "SensorFault",
     "Stand",
     "StreamFacts",

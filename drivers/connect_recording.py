@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bufferstand.drivers.acquisition import AcquisitionDevice, acquisition_kind_of
-from bufferstand.drivers.instruments import InstrumentSite
+from bufferstand.drivers.acquisition import AcquisitionDevice
+from bufferstand.drivers.connect_sensors import build_acquisition
 from bufferstand.drivers.interfaces import Sensor
-from bufferstand.drivers.stand_file import RecordingStand, acquisition_stream
+from bufferstand.drivers.stand_file import RecordingStand
 from bufferstand.foundation import Clock, DeviceFault
 
 
@@ -52,12 +52,7 @@ def build_recording(stand: RecordingStand, clock: Clock) -> RecordingDevices:
     BadInput
         If a register map that one names cannot be read.
     """
-    acquisition = tuple(
-        acquisition_kind_of(entry).driver(
-            entry, InstrumentSite(stand.folder, clock, acquisition_stream(number))
-        )
-        for number, entry in enumerate(stand.acquisition)
-    )
+    acquisition = build_acquisition(stand, clock)
     sensors: list[Sensor] = [one.driver(clock) for one in stand.instruments]
     for device in stand.thermometers:
         sensors += device.drivers(clock)

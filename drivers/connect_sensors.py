@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from bufferstand.drivers.instruments import TAGS
+from bufferstand.drivers.acquisition import AcquisitionDevice, acquisition_kind_of
+from bufferstand.drivers.instruments import TAGS, InstrumentSite
 from bufferstand.drivers.interfaces import Sensor
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file import RecordingStand, StandFile, acquisition_stream
 from bufferstand.foundation import BadInput, Clock
 
 
 def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
     """Return the devices beside the controller, not started yet.
 
-    Amplifiers, then thermometers, then other sensors, each in the order of the stand file.
+    Amplifiers, then thermometers, then other sensors, then acquisition devices, each in the order of the
+    stand file.
 
     Raises
     ------
@@ -30,4 +32,15 @@ def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
             ) from None
     for device in stand_file.thermometers:
         drivers["temperature"] += device.drivers(clock)
-    return tuple(sensor for table in TAGS for sensor in drivers[table])
+    beside = tuple(sensor for table in TAGS for sensor in drivers[table])
+    return (*beside, *build_acquisition(stand_file, clock))
+
+
+def build_acquisition(stand: StandFile | RecordingStand, clock: Clock) -> tuple[AcquisitionDevice, ...]:
+    """Return the devices with a clock of their own, not started yet, in the order of the stand file."""
+    return tuple(
+        acquisition_kind_of(entry).driver(
+            entry, InstrumentSite(stand.folder, clock, acquisition_stream(number))
+        )
+        for number, entry in enumerate(stand.acquisition)
+    )

@@ -147,6 +147,34 @@ class SampleBlock:
 
 
 @dataclass(frozen=True)
+class ClockReading:
+    """A device's clock, read over a wire: the instant of the reading lies between request and reply.
+
+    Parameters
+    ----------
+    device_us : int
+        What it showed, as its samples are stamped [µs].
+    host_s : float
+        Stand time of the host midway between request and reply [s].
+    half_trip_s : float
+        Half the round trip: by so much at most the two differ from having been simultaneous [s].
+    """
+
+    device_us: int
+    host_s: float
+    half_trip_s: float
+
+
+@runtime_checkable
+class OwnClock(Protocol):
+    """A sensor with a clock of its own, which is read beside its samples."""
+
+    def clock_readings(self) -> Sequence[ClockReading]:
+        """Get (and forget) the readings since the last call; never blocks."""
+        ...
+
+
+@dataclass(frozen=True)
 class SensorFault:
     """A reading that could not be had or cannot be true: what it is and where to look."""
 

@@ -15,6 +15,7 @@ import numpy as np
 from bufferstand.daq.acquisition.blocks import join_blocks
 from bufferstand.daq.acquisition.continuity import Continuity
 from bufferstand.daq.acquisition.device_time import DeviceTime
+from bufferstand.daq.acquisition.own_clocks import OwnClocks
 from bufferstand.daq.acquisition.pace import LoopPace
 from bufferstand.daq.acquisition.run_log import BlockRecorder, RunLog
 from bufferstand.daq.guards import CONTROLLER_STREAM, Action, Computer, GuardPanel, Trip
@@ -103,6 +104,8 @@ class Acquisition:
         }
         self.log = RunLog(clock)
         """Where events go."""
+        self.clocks = OwnClocks(stand.sensors, self.log, CONTROLLER_STREAM)
+        """Of devices that have one of their own beside the controller."""
         self.continuity = Continuity(self, stand.controller, clock, panel)
         """Knows of pauses, outages, and who has the stand."""
         self._civil_s = civil_s
@@ -174,6 +177,12 @@ class Acquisition:
         self.panel.begin_run()
         self._anchor, self._anchor_due_s = None, -np.inf
         self.log.attach(recorder)
+        self.clocks.begin_run()
+
+    def detach(self) -> BlockRecorder | None:
+        """Record no longer, once the last readings of the clocks are in the run; return its recorder."""
+        self.clocks.record(self.clock.now_s(), last=True)
+        return self.log.detach()
 
     @property
     def status(self) -> ControllerStatus | None:
@@ -430,16 +439,17 @@ class Acquisition:
         return overdue
 
     def _read_status(self) -> ControllerStatus:
-        asked_s = self.clock.wall_s()
+        asked_s, asked_at_s = self.clock.wall_s(), self.clock.now_s()
         status = self.stand.controller.status()
+        now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
         self.continuity.see_pause_in_call(look=False)
         self._status = status
-        now_s, wall_s = self.clock.now_s(), self.clock.wall_s()
         self._status_at_s = self._status_read_s = wall_s
         self._status_took_s = wall_s - asked_s
         self._looked_long = self._status_took_s > LONG_LOOK_S
         self._age_s = _age_s(self._status.tick_us, self._device_us)
         self._device_us_at_look = self._device_us or 0
+        self.clocks.take_controller(self.device_now_us, asked_at_s, now_s)
         try:
             if self.panel.has_limited(status):  # it has stopped already: what led to it says why
                 self._read_controller()
@@ -469,6 +479,7 @@ class Acquisition:
         return max((now_s - began_s) / passed_s, 1.0) if passed_s > 0.0 else 1.0
 
     def _drain_sensors(self) -> None:
+        self.clocks.take_all()
         for sensor in self.stand.sensors:
             for item in sensor.drain():
                 if isinstance(item, SensorFault):
@@ -476,12 +487,15 @@ class Acquisition:
                     self.log.complain(item)
                 else:
                     self._take(item)
+        self.clocks.record(self.clock.now_s())
 
     def _take(self, block: SampleBlock) -> None:
         """Record first, judge second: the sample that trips is in the run."""
         if (recorder := self.log.recorder) is not None:
             recorder.append(block.stream, block.first_sequence, block.time_us, block.counts, block.lost)
         scaled = scale(block, self._facts[block.stream], self._branches)
+        if self.clocks.owns(block.stream):
+            scaled = self.clocks.on_host(scaled)
         if block.stream == CONTROLLER_STREAM:
             for listener in self.listeners:
                 listener(scaled)

@@ -506,7 +506,7 @@ class Session:
             self._passes.catch_up(stopped=True)  # what led to the stop belongs into the run
         if self._polled is not None:
             alive.acquisition.log.say("polls", self._polled.sentence(), **self._polled.facts())
-        recorder, self._passes.run_id = alive.acquisition.log.detach(), ""
+        recorder, self._passes.run_id = alive.acquisition.detach(), ""
         if recorder is None:
             return None
         sealed: list[Path] = []

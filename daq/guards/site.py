@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from bufferstand.daq.guards.trips import Action
-from bufferstand.drivers import Stand, StreamFacts
+from bufferstand.drivers import OwnClock, Stand, StreamFacts
 from bufferstand.foundation.settings import Settings
 from bufferstand.protocols import Envelope, TestLimits
 from bufferstand.protocols.campaign_file import GuardTable
@@ -75,6 +75,11 @@ class Site:
     def sensors(self) -> Mapping[str, StreamFacts]:
         """Return what each sensor's stream is made of, by its name."""
         return {sensor.facts.name: sensor.facts for sensor in self.stand.sensors}
+
+    @property
+    def acquisition(self) -> Mapping[str, StreamFacts]:
+        """Return the streams of devices with a clock of their own: figures may be made of them."""
+        return {one.facts.name: one.facts for one in self.stand.sensors if isinstance(one, OwnClock)}
 
     @property
     def thermometers(self) -> Mapping[str, StreamFacts]:

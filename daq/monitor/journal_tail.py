@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardPanel, GuardSet
 from bufferstand.daq.monitor.sample_rows import RowBuffer, channels_of, finite
-from bufferstand.daq.scaling import scale
+from bufferstand.daq.scaling import DERIVED, ScaledBlock, scale
 from bufferstand.drivers import SampleBlock, StreamFacts
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import Branch, Channel
@@ -142,6 +142,8 @@ class JournalTail:
             at_s += self._anchor.host_s - self._anchor.device_us / 1e6
         block = SampleBlock(record.stream, record.sequence, record.time_us, record.counts, record.lost, at_s)
         scaled = scale(block, self._facts[record.stream], self._branches)
+        if not main and self._facts[record.stream].clock == "device":
+            scaled = self._beside(scaled, newest_us)
         if recent:
             self._panel.observe(scaled, time.monotonic())
         news.heard.add(record.stream)
@@ -157,6 +159,17 @@ class JournalTail:
                 for t, v in zip(scaled.time_us, scaled.values[record.stream], strict=True)
                 if np.isfinite(v)
             )
+
+    def _beside(self, scaled: ScaledBlock, newest_us: int) -> ScaledBlock:
+        """Return a block of a device with a clock of its own, placed at the newest sample of the controller.
+
+        For display and margins that is near enough; figures go by the readings of both clocks.
+        """
+        if not len(scaled) or self._anchor is None:
+            return scaled
+        host_us = round(newest_us + 1e6 * self._anchor.host_s - self._anchor.device_us)
+        own = {name: value for name, value in scaled.values.items() if name not in DERIVED}
+        return replace(scaled, time_us=scaled.time_us - scaled.time_us[-1] + host_us, values=own)
 
     def _line(self, event: Event) -> dict[str, Any]:
         utc = ""

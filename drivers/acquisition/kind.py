@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from bufferstand.drivers.instruments import InstrumentSite, SampleRate, TcpAddress
-from bufferstand.drivers.interfaces import Sensor
+from bufferstand.drivers.interfaces import ClockReading, Sensor
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings
 
@@ -17,6 +18,13 @@ class AcquisitionDevice(Sensor, Protocol):
     @property
     def identity(self) -> str:
         """Who answered; empty before it was started."""
+        ...
+
+    def clock_readings(self) -> Sequence[ClockReading]:
+        """Get (and forget) the readings of its clock since the last call; never blocks.
+
+        The clock is read from the first call on: who does not ask puts nothing on the wire.
+        """
         ...
 
     @property
@@ -48,6 +56,11 @@ class AcquisitionSettings(Settings):
     def channels(self) -> tuple[Channel, ...]:
         """The channels, in the order in which they are sampled."""
         raise NotImplementedError
+
+    @property
+    def clock_is_readable(self) -> bool:
+        """Whether its clock can be read beside its samples: without that it is for record-only mode."""
+        return False
 
 
 SettingsT = TypeVar("SettingsT", bound=AcquisitionSettings)

@@ -8,13 +8,18 @@ if TYPE_CHECKING:
     from bufferstand.drivers.stand_file.bounds import (
         power_on_C,
     )
+    from bufferstand.drivers.stand_file.figures import (
+        FigureChannels,
+    )
+    from bufferstand.drivers.stand_file.instrument_lists import (
+        acquisition_stream,
+    )
     from bufferstand.drivers.stand_file.loading import (
         load_stand,
     )
     from bufferstand.drivers.stand_file.recording_stand import (
         RecordingLimits,
         RecordingStand,
-        acquisition_stream,
         has_controller,
         load_recording_stand,
     )
@@ -29,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ControllerSettings",
     "Endpoints",
+    "FigureChannels",
     "RecordingLimits",
     "RecordingStand",
     "StandFile",

@@ -10,8 +10,12 @@ from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
+from bufferstand.drivers.acquisition import AcquisitionSettings, acquisition_kinds
 from bufferstand.drivers.instruments import TAGS, Instrument, Table, Thermometers, kinds, stream_name
 from bufferstand.foundation.settings import Settings
+
+ACQUISITION = "acquisition"
+"""What the first acquisition device's samples are called."""
 
 
 class OneOrMore:
@@ -43,14 +47,28 @@ def _entries(table: Table) -> Any:
     return Annotated[Union[schemas], Field(discriminator=TAGS[table])]  # noqa: UP007 - made of a tuple
 
 
+def _acquisition_entry() -> Any:
+    schemas = tuple(kind.settings for kind in acquisition_kinds())
+    if len(schemas) == 1:
+        return schemas[0]
+    return Annotated[Union[schemas], Field(discriminator="kind")]  # noqa: UP007 - made of a tuple
+
+
 if TYPE_CHECKING:
+    AcquisitionEntry = AcquisitionSettings
     AmplifierEntry = Settings
     TemperatureEntry = Settings
     OtherEntry = Settings
 else:
+    AcquisitionEntry = _acquisition_entry()
     AmplifierEntry = _entries("amplifier")
     TemperatureEntry = _entries("temperature")
     OtherEntry = _entries("sensor")
+
+
+def acquisition_stream(number: int) -> str:
+    """Return what an acquisition device's samples are called."""
+    return ACQUISITION if number == 0 else f"{ACQUISITION}_{number + 1}"
 
 
 def instruments_in(

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Union
+from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from bufferstand.drivers.acquisition import AcquisitionSettings, acquisition_kinds
 from bufferstand.drivers.instruments import (
     Instrument,
     SensorEntry,
@@ -16,10 +15,12 @@ from bufferstand.drivers.instruments import (
     Travel,
 )
 from bufferstand.drivers.stand_file.instrument_lists import (
+    AcquisitionEntry,
     AmplifierEntry,
     OneOrMore,
     OtherEntry,
     TemperatureEntry,
+    acquisition_stream,
     instruments_in,
     thermometers_in,
 )
@@ -36,22 +37,7 @@ from bufferstand.foundation.settings import (
     toml_document,
 )
 
-ACQUISITION = "acquisition"
-"""What the first acquisition device's samples are called."""
 SPECIMEN_C = Within(-50.0, 300.0, "no elastomer or rubber is tested colder or warmer")
-
-
-def _acquisition_entry() -> Any:
-    schemas = tuple(kind.settings for kind in acquisition_kinds())
-    if len(schemas) == 1:
-        return schemas[0]
-    return Annotated[Union[schemas], Field(discriminator="kind")]  # noqa: UP007 - made of a tuple
-
-
-if TYPE_CHECKING:
-    AcquisitionEntry = AcquisitionSettings
-else:
-    AcquisitionEntry = _acquisition_entry()
 
 
 class RecordingLimits(Settings):
@@ -160,11 +146,6 @@ class RecordingStand(Settings):
     def folder(self) -> Path:
         """Folder that relative paths in it start from."""
         return self._path.parent
-
-
-def acquisition_stream(number: int) -> str:
-    """Return what an acquisition device's samples are called."""
-    return ACQUISITION if number == 0 else f"{ACQUISITION}_{number + 1}"
 
 
 def has_controller(path: Path) -> bool:

@@ -49,11 +49,14 @@ from bufferstand.drivers.register_maps import (
     quantity_of,
     unknown_name,
 )
+from bufferstand.drivers.stand_file.figures import FigureChannels, demand_beside
 from bufferstand.drivers.stand_file.instrument_lists import (
+    AcquisitionEntry,
     AmplifierEntry,
     OneOrMore,
     OtherEntry,
     TemperatureEntry,
+    acquisition_stream,
     instruments_in,
     thermometers_in,
 )
@@ -275,6 +278,10 @@ class StandFile(Settings):
     """Devices of thermometers: a table, or a list of them."""
     sensor: Annotated[tuple[OtherEntry, ...], OneOrMore()] = ()
     """Instruments of any other quantity: a table, or a list of them."""
+    acquisition: Annotated[tuple[AcquisitionEntry, ...], OneOrMore()] = ()
+    """Devices of many channels with a clock of their own, beside the controller: a table, or a list."""
+    figures: FigureChannels = FigureChannels()
+    """Of which channels the figures are made."""
     simulation: dict[str, Any] | None = None
     """Only the simulated stand reads it, and checks it."""
     _path: Path = PrivateAttr(default=Path("stand.toml"))
@@ -283,6 +290,7 @@ class StandFile(Settings):
     def _names_differ(self) -> StandFile:
         names = [channel.name for channel in self.controller.channel]
         names += [one.channel.name for one in self.instruments]
+        names += [channel.name for device in self.acquisition for channel in device.channels]
         names += [sensor.name for sensor in self.temperature_sensors]
         for name in names:
             if names.count(name) > 1:
@@ -293,6 +301,21 @@ class StandFile(Settings):
                 raise ValueError(f"two sensors have the place “{place}”; give each its own")
         return self
 
+    @model_validator(mode="after")
+    def _two_clocks(self) -> StandFile:
+        streams = {"controller": self.controller.channel}
+        for number, device in enumerate(self.acquisition):
+            demand_beside(device.channels, ("acquisition", number))
+            if not device.clock_is_readable:
+                raise WrongKeyError(
+                    "the clock of this device cannot be read, so that nothing says how it lies to the "
+                    "controller's; use it in record-only mode, or another device",
+                    ("acquisition", number, "model"),
+                )
+            streams[acquisition_stream(number)] = device.channels
+        self.figures.demand(streams)
+        return self
+
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Write one amplifier, and one device of thermometers, as a table, as ever; none as null."""
@@ -300,8 +323,11 @@ class StandFile(Settings):
         for table in ("amplifier", "temperature"):
             if len(content[table]) < 2:
                 content[table] = content[table][0] if content[table] else None
-        if not self.sensor:
-            del content["sensor"]
+        for table in ("sensor", "acquisition"):
+            if not content[table]:
+                del content[table]
+        if self.figures == FigureChannels():
+            del content["figures"]
         return content
 
     @property

@@ -57,8 +57,10 @@ def channels_of(run: Run, wires: Sequence[str]) -> list[str]:
 
 
 def _is_foreign(run: Run) -> bool:
-    """Say whether force and stroke may come by different ways: imported, or only recorded here."""
-    return bool(run.metadata.get("original")) or is_record_only(run.metadata)
+    """Say whether force and stroke may come by different ways: imported, only recorded, or of two clocks."""
+    if run.metadata.get("original") or is_record_only(run.metadata):
+        return True
+    return bool(run.other_clocks.lines) and run.stream_of("force").name != run.stream_of("stroke").name
 
 
 def are_of_streams(run: Run, wires: Sequence[str]) -> bool:

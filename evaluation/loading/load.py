@@ -16,6 +16,7 @@ from bufferstand.evaluation.loading.join import are_apart, joined
 from bufferstand.evaluation.loading.long_runs import MemoryBounds, long_record, on_time, thinned
 from bufferstand.evaluation.loading.resample import as_taken, same_instants
 from bufferstand.evaluation.loading.table_rows import is_stamped
+from bufferstand.evaluation.loading.two_clocks import align, with_figures
 from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.evaluation.record import (
     Ends,
@@ -75,6 +76,8 @@ def load_opened(run: Run, bounds: MemoryBounds | None = None) -> tuple[Record, R
         As :func:`load_run`.
     """
     bounds = bounds or MemoryBounds()
+    run = with_figures(run)
+    clocks = align(run)
     wires = _wires(run, bounds)
     facts = _facts(run, wires)
     try:
@@ -86,7 +89,7 @@ def load_opened(run: Run, bounds: MemoryBounds | None = None) -> tuple[Record, R
         record, problems = Record(_EMPTY, _EMPTY, _EMPTY), (problem,)
     record = replace(record, signals=signals_of(run, wires, bounds.whole_rows, bounds.piece_rows))
     faults = [text for sensor in record.temperatures for text in _faults_of(sensor)]
-    return record, replace(facts, problems=(*facts.problems, *problems, *faults))
+    return record, replace(facts, problems=(*facts.problems, *clocks, *problems, *faults))
 
 
 def _faults_of(sensor: Temperature) -> list[str]:
@@ -326,12 +329,15 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
 
 def _with_clocks(run: Run, stated: ChannelUncertainty | None) -> ChannelUncertainty | None:
     """Return the force's uncertainty with that of its clock against the stroke's, where they are two."""
-    if stated is None or stated.u_delay_s is None or not (run.has("force") and run.has("stroke")):
+    if stated is None or not (run.has("force") and run.has("stroke")):
+        return stated
+    beside = bool(run.other_clocks.lines)  # there its own delay counts as none where none is stated
+    if stated.u_delay_s is None and not beside:
         return stated
     u_clocks_s = run.u_clocks_s("force", "stroke")
     if u_clocks_s == 0.0:
         return stated
-    return stated.model_copy(update={"u_delay_s": float(np.hypot(stated.u_delay_s, u_clocks_s))})
+    return stated.model_copy(update={"u_delay_s": float(np.hypot(stated.u_delay_s or 0.0, u_clocks_s))})
 
 
 def _occasion(run: Run) -> Occasion:

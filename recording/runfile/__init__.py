@@ -10,6 +10,12 @@ if TYPE_CHECKING:
         to_dataset,
         to_frame,
     )
+    from bufferstand.recording.runfile.device_clocks import (
+        CLOCK_EVENT,
+        ClockLine,
+        ClockReadings,
+        readings_in,
+    )
     from bufferstand.recording.runfile.document_format import FORMAT, FORMAT_VERSION
     from bufferstand.recording.runfile.file import (
         TEMPORARY_SUFFIX,
@@ -37,6 +43,10 @@ if TYPE_CHECKING:
         STATUSES,
         check_new_document,
     )
+    from bufferstand.recording.runfile.other_clocks import (
+        Alignment,
+        OtherClocks,
+    )
     from bufferstand.recording.runfile.run import (
         Run,
         RunEvent,
@@ -54,6 +64,7 @@ if TYPE_CHECKING:
     from bufferstand.recording.runfile.stream import StreamData
 
 __all__ = [
+    "CLOCK_EVENT",
     "ENTRY",
     "FORMAT",
     "FORMAT_VERSION",
@@ -65,8 +76,12 @@ __all__ = [
     "STATUSES",
     "TEMPORARY_SUFFIX",
     "USER_BLOCK_BYTES",
+    "Alignment",
+    "ClockLine",
+    "ClockReadings",
     "ContentFault",
     "DatasetColumn",
+    "OtherClocks",
     "Run",
     "RunEvent",
     "Series",
@@ -83,6 +98,7 @@ __all__ = [
     "metadata_as_stated",
     "open_run",
     "read_metadata",
+    "readings_in",
     "segment_rows",
     "simulated_of",
     "stream_columns",

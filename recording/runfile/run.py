@@ -16,8 +16,10 @@ from bufferstand.foundation.channels import STROKE_CHANNELS, Branch, Channel, me
 from bufferstand.foundation.files import content_hash
 from bufferstand.recording.content import MAIN_STREAM, MICROSECOND_S, Anchor, Event, gaps_of
 from bufferstand.recording.runfile.clock_map import ClockMap
+from bufferstand.recording.runfile.device_clocks import readings_in
 from bufferstand.recording.runfile.drifting_clock_map import DriftingClockMap
 from bufferstand.recording.runfile.layout import ENTRY
+from bufferstand.recording.runfile.other_clocks import Alignment, OtherClocks
 from bufferstand.recording.runfile.reading_apart import DatasetReader
 from bufferstand.recording.runfile.simulated_origin import is_record_only
 from bufferstand.recording.runfile.stream import StreamData
@@ -66,6 +68,20 @@ class Run:
         self._times_s: dict[str, NDArray[np.float64]] = {}
         self._series: dict[str, Series] = {}
         self._true_s: dict[tuple[str, float], NDArray[np.float64]] = {}
+
+    def renamed(self, names: Mapping[str, Mapping[str, str]]) -> Run:
+        """Return the same run with channels of other names.
+
+        Parameters
+        ----------
+        names : mapping of str to mapping of str to str
+            By stream: the new name of each channel that gets one.
+        """
+        streams = {
+            name: stream.renamed(names[name]) if name in names else stream
+            for name, stream in self.streams.items()
+        }
+        return Run(self._reader, self.metadata, streams)
 
     def _rows(self, group: str, names: Sequence[str]) -> Iterator[tuple[Any, ...]]:
         return zip(*[values.tolist() for values in self._columns(group, names)], strict=True)
@@ -216,7 +232,11 @@ class Run:
         BadInput
             As :meth:`series`, and if they are not sampled at the same instants.
         """
-        names = [name for name in STROKE_CHANNELS if self.has(name)] or [STROKE_CHANNELS[0]]
+        first = self.stream_of("stroke").name
+        there = [name for name in STROKE_CHANNELS if self.has(name)]
+        if self.other_clocks.lines:  # those of another device are no part of this mean
+            there = [name for name in there if self.stream_of(name).name == first]
+        names = there or [STROKE_CHANNELS[0]]
         self._check_common_instants(names)
         return mean_stroke([self.series(name) for name in names])
 
@@ -305,14 +325,45 @@ class Run:
 
         Of channels of one clock, and of runs whose anchors are few, nothing is added to their delays: 0.
         """
+        streams = {self.stream_of(name).name for name in (one, two)}
+        if beside := streams & set(self.other_clocks.lines):
+            return 0.0 if len(streams) == 1 else max(self.other_clocks.u_s(name) for name in beside)
         clocks = {self.stream_of(name).clock for name in (one, two)}
         if len(clocks) < 2 or not isinstance(self._clocks, DriftingClockMap):
             return 0.0
         return self._clocks.spread_s
 
     @cached_property
+    def other_clocks(self) -> OtherClocks:
+        """Devices beside the controller that have a clock of their own."""
+        stand = self.metadata.get("stand") or {}
+        beside = bool(stand.get("acquisition")) and not is_record_only(self.metadata)
+        return OtherClocks(readings_in(self.recorded_events) if beside else {}, self.streams)
+
+    def align(self, stream: str, alignment: Alignment) -> None:
+        """Place a device's samples by what was found from the samples themselves, from now on.
+
+        Parameters
+        ----------
+        stream : str
+            Of :attr:`other_clocks`.
+        alignment : Alignment
+            Against the place that it has now.
+        """
+        self.other_clocks.alignments[stream] = alignment
+        self._times_s.pop(stream, None)
+        for name in self.streams[stream].channels:
+            self._series.pop(name, None)
+        for key in [key for key in self._true_s if key[0] == stream]:
+            del self._true_s[key]
+
+    @cached_property
     def _device_stream(self) -> StreamData | None:
-        device = [s for s in self.streams.values() if s.clock == "device" and s.rows]
+        device = [
+            s
+            for s in self.streams.values()
+            if s.clock == "device" and s.rows and s.name not in self.other_clocks.lines
+        ]
         return next((s for s in device if s.name == MAIN_STREAM), device[0] if device else None)
 
     @cached_property
@@ -344,6 +395,9 @@ class Run:
             since_us = stamps - stream.first_stamp  # in integers: exact, however long the device is up
             return np.asarray(since_us * MICROSECOND_S, dtype=np.float64)
         time_s = stream.in_seconds(stamps)
+        if stream.name in self.other_clocks.lines:
+            main = None if self._device_stream is None or self._clocks is None else self._clocks.to_device_s
+            return self.other_clocks.placed_s(stream.name, time_s, self._origin_s, main) - self._origin_s
         if stream.clock == "host" and self._device_stream is not None:
             if self._clocks is None:
                 raise BadInput(

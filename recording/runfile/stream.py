@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -42,6 +43,10 @@ class Columns(Mapping[str, NDArray[Any]]):
             return self._read[name][rows]
         return self._reader.column(self._places[name], rows)
 
+    def renamed(self, names: Mapping[str, str]) -> Columns:
+        """Return the same datasets by other names; those that are not there keep theirs."""
+        return Columns(self._reader, {names.get(name, name): place for name, place in self._places.items()})
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
 
@@ -72,6 +77,16 @@ class StreamData:
         self._columns = Columns(reader, {n: f"{place}/{n}" for n in (self.time_name, "segments")})
         self.counts = Columns(reader, {name: f"{place}/{name}" for name in self.channels})
         """Raw numbers by channel, shape (n,) each; read when asked for."""
+
+    def renamed(self, names: Mapping[str, str]) -> StreamData:
+        """Return the same samples with channels of other names; those that are not there keep theirs."""
+        other = copy(self)
+        other.counts = self.counts.renamed(names)
+        other.channels = {
+            names.get(name, name): channel.model_copy(update={"name": names.get(name, name)})
+            for name, channel in self.channels.items()
+        }
+        return other
 
     @property
     def time(self) -> NDArray[Any]:

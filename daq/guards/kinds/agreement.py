@@ -12,7 +12,7 @@ import numpy as np
 from bufferstand.daq.guards.guard import Beside, Found, Guard
 from bufferstand.daq.guards.margin import Margin
 from bufferstand.daq.guards.sights import Samples, Sight
-from bufferstand.daq.guards.site import CONTROLLER_STREAM, FORCE_2_STREAM, Site
+from bufferstand.daq.guards.site import CONTROLLER_STREAM, Site
 from bufferstand.daq.guards.trips import Action, Trip
 from bufferstand.daq.scaling import ScaledBlock
 
@@ -82,12 +82,15 @@ class AgreementGuard(Guard[AgreementMemory]):
     def made_for(cls, site: Site) -> Iterable[Self]:
         """Return it where there is a second way."""
         channels = site.stand.controller.facts.channels
-        if FORCE_2_STREAM in site.sensors or any(one.name == "force_2" for one in channels):
+        others = (one for facts in site.sensors.values() for one in facts.channels)
+        if any(one.name == "force_2" for one in (*channels, *others)):
             yield cls(site.table.agreement_kN, action=site.does("agreement"))
 
     def look(self, memory: AgreementMemory, sight: Sight, beside: Beside) -> tuple[AgreementMemory, Found]:
         """Add a block of either stream."""
-        if not isinstance(sight, Samples) or sight.block.stream not in (CONTROLLER_STREAM, FORCE_2_STREAM):
+        if not isinstance(sight, Samples):
+            return memory, None
+        if sight.block.stream != CONTROLLER_STREAM and "force_2" not in sight.block.values:
             return memory, None
         device_clock = sight.block.stream == CONTROLLER_STREAM
         return evaluate_agreement(self, memory, sight.block, device_clock=device_clock)

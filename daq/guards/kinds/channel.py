@@ -79,7 +79,10 @@ class ChannelGuard(Guard[ChannelMemory]):
 
     @classmethod
     def made_for(cls, site: Site) -> Iterable[Self]:
-        """Return the four of every stand; of one with a single draw wire, which shows no tilt, three."""
+        """Return the four of every stand; of one with a single draw wire, which shows no tilt, three.
+
+        A force that an acquisition device measures beside the controller has the controller's limits.
+        """
         table, limits = site.table, site.limits
         tilt_mm = table.tilt_max_mm or site.stand_tilt_mm or DEFAULT_TILT_MM
         error_mm = limits.following_error_max_mm
@@ -92,6 +95,22 @@ class ChannelGuard(Guard[ChannelMemory]):
             "force (transducer of the controller)",
             site.does("force"),
         )
+        forces = [
+            one.name
+            for facts in site.acquisition.values()
+            for one in facts.channels
+            if one.quantity == "force"
+        ]
+        for name in forces:
+            yield cls(
+                f"{name} of the acquisition device",
+                name,
+                site.envelope.force_trip_kN,
+                -table.force_below_kN,
+                "kN",
+                f"{name} (transducer of the acquisition device)",
+                site.does("force"),
+            )
         yield cls(
             "stroke",
             "stroke",

@@ -54,7 +54,10 @@ class SilenceGuard(Guard[SilenceMemory]):
         for stream in site.sensors:
             if stream in site.thermometers:
                 continue
-            yield cls(stream, site.table.amplifier_silence_s, site.does("amplifier_silence"))
+            limit_s, does = site.table.amplifier_silence_s, site.does("amplifier_silence")
+            if stream in site.acquisition:  # of what it does not measure no figure can be made
+                limit_s, does = site.table.controller_silence_s, max(does, Action.STOP)
+            yield cls(stream, limit_s, does)
 
     @property
     def key(self) -> str:

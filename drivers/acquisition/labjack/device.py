@@ -153,6 +153,16 @@ class LabJack:
         except NotAPacketError as error:
             raise DeviceFault(f"{self._where}: its reply makes no sense: {error}") from None
 
+    def core_timer(self) -> int:
+        """Get CORE_TIMER, whose ticks the start of the stream is stamped with.
+
+        Raises
+        ------
+        DeviceFault
+            If it does not answer.
+        """
+        return reg.number_of(self.link.read(reg.CORE_TIMER, 2, "core timer"))
+
     def set_line(self, terminal: str, *, high: bool) -> None:
         """Set a digital line, which makes it an output.
 

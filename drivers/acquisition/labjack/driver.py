@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import socket
 import threading
+from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 
@@ -21,7 +22,7 @@ from bufferstand.drivers.acquisition.labjack.registers import TICKS_PER_S
 from bufferstand.drivers.acquisition.labjack.scans import ScanAssembly, Scans
 from bufferstand.drivers.acquisition.labjack.settings import LabJackSettings
 from bufferstand.drivers.amplifiers import with_saturation
-from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.interfaces import ClockReading, SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.mailbox import Mailbox
 from bufferstand.drivers.modbus import ModbusLink, TcpWire
 from bufferstand.foundation import Clock, DeviceFault
@@ -37,6 +38,12 @@ _IDLE_S = 0.002
 WAITING_BYTES = 1 << 22
 """Bytes that may wait unread here: 50 s of eight inputs at 5 kHz, as far as the kernel allows it."""
 _MAILBOX = 50_000
+CLOCK_EVERY_S = 1.0
+"""The clock is read as often as that [s of the wall]; …"""
+CLOCK_FIRST = 20
+"""… so many times at once where the stream has begun, for a short round trip among them."""
+_KEPT_READINGS = 600
+_TURN = 1 << 32
 
 
 class LabJackDriver:
@@ -73,6 +80,10 @@ class LabJackDriver:
         self._ticks: int | None = None
         self._ticks_at_scan = 0
         self._overflowing = False
+        self._clock_wanted = threading.Event()
+        """Set once somebody has asked for readings: else nothing is sent for them."""
+        self._clock_due_s: float | None = None
+        self._readings: deque[ClockReading] = deque(maxlen=_KEPT_READINGS)
 
     def _new_assembly(self) -> ScanAssembly:
         settings = self._settings
@@ -134,6 +145,14 @@ class LabJackDriver:
         """Get (and forget) what has come in since the last call; never blocks."""
         return self._mailbox.take()
 
+    def clock_readings(self) -> Sequence[ClockReading]:
+        """Get (and forget) the readings of its clock since the last call; the first call has it read."""
+        self._clock_wanted.set()
+        found = []
+        while self._readings:
+            found.append(self._readings.popleft())
+        return found
+
     def close(self) -> None:
         """Stop the stream and let go of the wire; never raises."""
         self._end.set()
@@ -152,6 +171,7 @@ class LabJackDriver:
                 self._obey()
                 packet = self._next_packet()
                 self._tell_events()
+                self._read_clock_if_due()
                 if packet is not None:
                     self._take(packet)
                 elif self._clock.wall_s() - self._heard_s > self._patience_s:
@@ -181,6 +201,39 @@ class LabJackDriver:
         if self._stop_wanted.is_set() and not self._stop_taken.is_set():
             self._set_output(stop=True)
             self._stop_taken.set()
+
+    def _read_clock_if_due(self) -> None:
+        due_s = self._clock_due_s
+        if self._clock_wanted.is_set() and (due_s is None or self._clock.wall_s() >= due_s):
+            self._clock_due_s = self._clock.wall_s() + CLOCK_EVERY_S
+            for _ in range(CLOCK_FIRST if due_s is None else 1):
+                self._read_clock()
+
+    def _read_clock(self) -> None:
+        """Read CORE_TIMER beside the samples: its scans are stamped by the same crystal.
+
+        Raises
+        ------
+        DeviceFault
+            If the device does not answer.
+        """
+        ticks_per_s = TICKS_PER_S.get(int(self._settings.model[1:]))
+        if self._ticks is None or ticks_per_s is None:
+            return
+        asked_s = self._clock.now_s()
+        ticks = self._device.core_timer()
+        told_s = self._clock.now_s()
+        if self._device.link.events():  # asked twice: it may be the answer to either
+            return
+        # CORE_TIMER turns over every 107 s; how often is told by the scans that have come.
+        rate_Hz, turn_us = self._device.rate_Hz, _TURN / ticks_per_s * 1e6
+        since_us = (ticks - self._ticks) % _TURN / ticks_per_s * 1e6
+        begun_us = self._ticks_at_scan * 1e6 / rate_Hz
+        about_us = self._assembly.next * 1e6 / rate_Hz - begun_us
+        since_us += turn_us * round((about_us - since_us) / turn_us)
+        self._readings.append(
+            ClockReading(round(begun_us + since_us), 0.5 * (asked_s + told_s), 0.5 * (told_s - asked_s))
+        )
 
     def _set_output(self, *, stop: bool) -> None:
         high = (self._settings.stop_level == "high") is stop
@@ -313,6 +366,7 @@ class LabJackDriver:
             missing, how = max(0, round(number) - done), "its own clock"
         self._assembly.miss(missing)
         self._ticks_at_scan = self._assembly.next
+        self._clock_due_s = None
         self._fault(f"{self._name}: {why}; its stream was started anew, {missing} scans are missing by {how}")
 
     def _close_packets(self) -> None:

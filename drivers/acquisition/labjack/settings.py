@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from bufferstand.drivers.acquisition.kind import AcquisitionSettings
-from bufferstand.drivers.acquisition.labjack.registers import analog_input, digital_line
+from bufferstand.drivers.acquisition.labjack.registers import TICKS_PER_S, analog_input, digital_line
 from bufferstand.drivers.acquisition.labjack.volts import RANGES_V
 from bufferstand.drivers.instruments import ReplyTime
 from bufferstand.foundation.channels import Channel
@@ -93,6 +93,11 @@ class LabJackSettings(AcquisitionSettings):
             one.channel.model_copy(update={"delay_s": one.channel.delay_s - place * later_s})
             for place, one in enumerate(self.input)
         )
+
+    @property
+    def clock_is_readable(self) -> bool:
+        """Whether the documents say how fast CORE_TIMER runs: of the T7 they do."""
+        return int(self.model[1:]) in TICKS_PER_S
 
     @property
     def buffer_bytes_set(self) -> int:

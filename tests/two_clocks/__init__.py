@@ -1,0 +1,1 @@
+"""Runs of two devices with clocks of their own."""
