@@ -58,6 +58,11 @@ class AcquisitionSettings(Settings):
         raise NotImplementedError
 
     @property
+    def ends(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest number that each channel can show, for a simulated one."""
+        return ((-1e9, 1e9),) * len(self.channels)
+
+    @property
     def clock_is_readable(self) -> bool:
         """Whether its clock can be read beside its samples: without that it is for record-only mode."""
         return False

@@ -9,7 +9,7 @@ from pathlib import Path
 from bufferstand.drivers.simulated.faults import ScheduledFault, nearest
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
 from bufferstand.drivers.simulated.settings import model_path, simulation_settings
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file import StandFile, acquisition_stream
 from bufferstand.foundation import BadInput
 from bufferstand.model import SpringStepper, load_model
 
@@ -25,6 +25,7 @@ def demand_possible(stand_file: StandFile, fault: ScheduledFault) -> None:
     channels = stand_file.controller.channel
     have = ["controller", *(channel.name for channel in channels if channel.quantity != "command")]
     have += [one.stream for one in stand_file.instruments]
+    have += [acquisition_stream(number) for number in range(len(stand_file.acquisition))]
     thermometers = {
         sensor.name: device.kind for device in stand_file.thermometers for sensor in device.sensors
     }

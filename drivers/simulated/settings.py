@@ -114,6 +114,12 @@ class SimulationSettings(Settings):
     """How much faster than the stand's time the controller's clock runs."""
     tick_start_us: int = Field(default=0, ge=0, lt=1 << 32)
     """Reading of the controller's clock when it is switched on [µs]; near 2**32 it soon wraps."""
+    acquisition_drift_ppm: float = Field(default=-35.0, ge=-1000.0, le=1000.0)
+    """How much faster than the stand's time the clock of an acquisition device runs."""
+    acquisition_start_s: float = Field(default=812.0037, ge=0.0, le=4000.0)
+    """What that clock shows when the stand is switched on [s]."""
+    acquisition_jitter_s: float = Field(default=0.0005, ge=0.0, le=0.1)
+    """Mean of what a reading of that clock needs on each way beside the least [s]."""
     miswired: Miswired = Miswired()
     """What a person got wrong between the specimen and the computer; nothing if left out."""
 

@@ -95,6 +95,11 @@ class LabJackSettings(AcquisitionSettings):
         )
 
     @property
+    def ends(self) -> tuple[tuple[float, float], ...]:
+        """Range of each input [V]."""
+        return tuple((-one.range_V, one.range_V) for one in self.input)
+
+    @property
     def clock_is_readable(self) -> bool:
         """Whether the documents say how fast CORE_TIMER runs: of the T7 they do."""
         return int(self.model[1:]) in TICKS_PER_S

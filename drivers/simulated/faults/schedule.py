@@ -49,6 +49,7 @@ FAULTS: Mapping[str, Mapping[str, Mapping[str, Setting]]] = {
     },
     "channel": {"broken": {"side": "low"}, "stuck": {}},
     "amplifier": {"silent": {}, "overload": {}, "resync": {"bytes": 2.0}, **_ON_LINE},
+    "acquisition": {"silent": {}},
     "temperature": {
         kind: {}
         for kind in (
@@ -69,6 +70,7 @@ _NAMES: Mapping[str, Sequence[str]] = {"side": ("low", "high")}
 _MOST: Mapping[str, float] = {"share": 1.0, "code": 255.0, "delay_s": 60.0, "bytes": 64.0, "keep": 65536.0}
 _TARGET = re.compile(r"^temperature_[1-9][0-9]*$")
 _INSTRUMENT = re.compile(r"^(amplifier|sensor)(_([2-9]|[1-9][0-9]+))?$")
+_ACQUISITION = re.compile(r"^acquisition(_([2-9]|[1-9][0-9]+))?$")
 _NUMBER = r"[0-9]+(?:\.[0-9]*)?"
 _FORM = re.compile(
     rf"^(?P<target>[a-z][a-z0-9_]*)=(?P<kind>[a-z0-9-]+)(?:@(?P<start>{_NUMBER})(?::(?P<end>{_NUMBER}))?)?"
@@ -248,6 +250,8 @@ def target_class(target: str) -> str:
         return target
     if _INSTRUMENT.match(target):
         return "amplifier"
+    if _ACQUISITION.match(target):
+        return "acquisition"
     if _TARGET.match(target):
         return "temperature"
     if quantity_of(target) not in (None, "command"):

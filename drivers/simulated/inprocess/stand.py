@@ -17,6 +17,7 @@ from bufferstand.drivers.interfaces import Controller, Sensor, Stand
 from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.simulated.build import make_device
 from bufferstand.drivers.simulated.faults import ScheduledFault
+from bufferstand.drivers.simulated.inprocess.acquisition import InProcessAcquisition
 from bufferstand.drivers.simulated.inprocess.register_wire import (
     Lost,
     VirtualWire,
@@ -26,6 +27,7 @@ from bufferstand.drivers.simulated.inprocess.register_wire import (
 from bufferstand.drivers.simulated.inprocess.sensors import InProcessInstrument, InProcessThermometer
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
 from bufferstand.drivers.simulated.machine import SimulatedDevice, Spring, TruthLog
+from bufferstand.drivers.simulated.settings import simulation_settings
 from bufferstand.drivers.stand_file import StandFile
 
 
@@ -103,7 +105,19 @@ def open_in_process(
         for one in stand_file.thermometers
         for thermometer in islice(thermometers, len(one.sensors))
     ]
-    sensors = tuple(sensor for table in TAGS for sensor in beside[table])
+    settings = simulation_settings(stand_file)
+    acquisition = (
+        InProcessAcquisition(
+            device,
+            one,
+            clock,
+            trip_s=2e-4,
+            jitter_s=settings.acquisition_jitter_s,
+            seed=settings.seed + number,
+        )
+        for number, one in enumerate(device.acquisition)
+    )
+    sensors = (*(sensor for table in TAGS for sensor in beside[table]), *acquisition)
     way_s, profile = device.latency.way_s, in_memory(stand_file.profile())
     wire = VirtualWire(device, profile, clock, lambda: way_s() + way_s())
     for fault in faults:

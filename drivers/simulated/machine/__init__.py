@@ -5,6 +5,10 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.drivers.simulated.machine.acquisition import (
+        Scans,
+        SimulatedAcquisition,
+    )
     from bufferstand.drivers.simulated.machine.commands import (
         Command,
         CommandCode,
@@ -44,6 +48,8 @@ __all__ = [
     "InstrumentValues",
     "RejectReason",
     "SampleRing",
+    "Scans",
+    "SimulatedAcquisition",
     "SimulatedController",
     "SimulatedDevice",
     "SimulatedInstrument",

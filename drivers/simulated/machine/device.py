@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bufferstand.drivers.simulated.faults import FOREVER_S, FaultSchedule, ScheduledFault
 from bufferstand.drivers.simulated.imperfections import ColouredNoise, Latency, MissedCycles, TransducerDrift
+from bufferstand.drivers.simulated.machine.acquisition import SimulatedAcquisition
 from bufferstand.drivers.simulated.machine.commands import Capabilities, ControllerFault
 from bufferstand.drivers.simulated.machine.controller import SimulatedController
 from bufferstand.drivers.simulated.machine.felt_quantities import FeltQuantities
@@ -21,7 +22,7 @@ from bufferstand.drivers.simulated.machine.truth import TruthLog
 from bufferstand.drivers.simulated.miswiring import MiswiredStand
 from bufferstand.drivers.simulated.settings import SimulationSettings
 from bufferstand.drivers.simulated.transducers import Converters, Delay, DrawWires
-from bufferstand.drivers.stand_file import StandFile
+from bufferstand.drivers.stand_file import StandFile, acquisition_stream
 
 RATE_HZ = 1000.0
 """Samples a second of the controller's own clock."""
@@ -33,6 +34,7 @@ DWELL = 100
 _US = 1_000_000
 _PERIOD_US = round(_US / RATE_HZ)
 _MISSED_SEED = 0x6D697373
+_ACQUISITION_SEED = 0x61637175
 _INSTRUMENT_SEED = 0x696E7374
 
 
@@ -143,6 +145,11 @@ class SimulatedDevice:
             seeds[-1],
         )
         self.instruments = tuple(self._instruments(stand_file, settings, seeds[1]))
+        own = np.random.SeedSequence((settings.seed, _ACQUISITION_SEED)).spawn(len(stand_file.acquisition))
+        self.acquisition = tuple(
+            SimulatedAcquisition(entry, acquisition_stream(number), settings, own[number])
+            for number, entry in enumerate(stand_file.acquisition)
+        )
         self.thermometers = tuple(
             Thermometer(one, what, settings.temperature_noise_C, seed, self._miswired.place_of(one))
             for (one, what), seed in zip(sensors, seeds[2:-1], strict=True)
@@ -398,7 +405,8 @@ class SimulatedDevice:
         self._drift.feel(made_s, felt[:, : 1 + wires])
         self._wander.add(made_s, felt[:, : 1 + wires])
         beside = [one.quantity for one in self.instruments if one.quantity != "force"]
-        quantities = self._quantities.at(made_s, table) if columns.further or beside else {}
+        asked = columns.further or beside or self.acquisition
+        quantities = self._quantities.at(made_s, table) if asked else {}
         if columns.further:
             felt[:, 3 + wires :] = columns.further_values(quantities)
         samples[:, 1:] = self._converters.counts(felt)
@@ -414,6 +422,9 @@ class SimulatedDevice:
                 self._quantities.contact_force(made_s, table) if is_force else quantities[instrument.quantity]
             )
             instrument.measure(made_s, own)
+        for device in self.acquisition:
+            force_kN = self._quantities.contact_force(made_s, table)
+            device.measure(made_s, {**quantities, "force": force_kN})
         if self.truth is not None:
             truth = np.empty((count, 9))
             truth[:, 0] = sequence
