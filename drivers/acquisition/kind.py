@@ -91,6 +91,11 @@ class AcquisitionKind(ABC, Generic[SettingsT]):
     def driver(self, settings: SettingsT, site: InstrumentSite) -> AcquisitionDevice:
         """Return its driver, not started yet."""
 
+    def moved(self, settings: SettingsT, host: str, ports: Sequence[int]) -> SettingsT:
+        """Return the entry on other ports of a host: those of a simulated device; unchanged without one."""
+        del host, ports
+        return settings
+
     @abstractmethod
     def wire(self, settings: SettingsT) -> TcpAddress:
         """Return where it is reached."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from bufferstand.drivers.acquisition import acquisition_kind_of
 from bufferstand.drivers.controllers import REGISTERS, ControllerKind, controller_kind, controller_kinds
 from bufferstand.drivers.instruments import (
     STAND_FORCE_KN,
@@ -288,6 +289,8 @@ class StandFile(Settings):
 
     @model_validator(mode="after")
     def _names_differ(self) -> StandFile:
+        for number, device in enumerate(self.acquisition):
+            demand_beside(device.channels, ("acquisition", number))
         names = [channel.name for channel in self.controller.channel]
         names += [one.channel.name for one in self.instruments]
         names += [channel.name for device in self.acquisition for channel in device.channels]
@@ -305,7 +308,6 @@ class StandFile(Settings):
     def _two_clocks(self) -> StandFile:
         streams = {"controller": self.controller.channel}
         for number, device in enumerate(self.acquisition):
-            demand_beside(device.channels, ("acquisition", number))
             if not device.clock_is_readable:
                 raise WrongKeyError(
                     "the clock of this device cannot be read, so that nothing says how it lies to the "
@@ -388,6 +390,8 @@ class Endpoints:
     instruments : mapping of str to Path or TcpAddress
         By stream, of thermometers by the name of their wire: serial device, folder, or port of a host. Those
         that are not there stay where they are.
+    acquisition : mapping of str to (str, sequence of int)
+        Of acquisition devices by stream: host and ports.
     controller_serial : Path
         The controller's serial device, where it is on Modbus RTU.
     timeout_s : float
@@ -399,6 +403,7 @@ class Endpoints:
     instruments: Mapping[str, Place] = field(default_factory=dict)
     controller_serial: Path | None = None
     timeout_s: float | None = None
+    acquisition: Mapping[str, tuple[str, Sequence[int]]] = field(default_factory=dict)
 
 
 def wires_from(stand_file: StandFile, folder: Path) -> StandFile:
@@ -441,6 +446,12 @@ def with_endpoints(stand_file: StandFile, endpoints: Endpoints) -> StandFile:
             _moved(entry, endpoints.instruments.get(stream_name(table, number)), endpoints.timeout_s)
             for number, entry in enumerate(getattr(stand_file, table))
         )
+    changes["acquisition"] = tuple(
+        acquisition_kind_of(entry).moved(entry, *endpoints.acquisition[stream])
+        if (stream := acquisition_stream(number)) in endpoints.acquisition
+        else entry
+        for number, entry in enumerate(stand_file.acquisition)
+    )
     return stand_file.model_copy(update=changes)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bufferstand.drivers.acquisition.kind import AcquisitionKind
 from bufferstand.drivers.acquisition.labjack.driver import LabJackDriver
 from bufferstand.drivers.acquisition.labjack.settings import LabJackSettings
@@ -21,6 +23,11 @@ class LabJackKind(AcquisitionKind[LabJackSettings]):
     def driver(self, settings: LabJackSettings, site: InstrumentSite) -> LabJackDriver:
         """Return its driver, not started yet."""
         return LabJackDriver(settings, site.clock, site.stream)
+
+    def moved(self, settings: LabJackSettings, host: str, ports: Sequence[int]) -> LabJackSettings:
+        """Return the entry on another Modbus port and stream port."""
+        port, stream_port = ports
+        return settings.model_copy(update={"host": host, "port": port, "stream_port": stream_port})
 
     def wire(self, settings: LabJackSettings) -> TcpAddress:
         """Return its Modbus port."""

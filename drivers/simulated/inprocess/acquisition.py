@@ -94,10 +94,10 @@ class InProcessAcquisition:
                 break
             came.append(one)
         silent = self._is_silent(self._clock.now_s())
-        if silent and not self._silent:
+        if silent and not self._silent and not came:  # behind the last that was under way
             text = f"{self.facts.name} (simulated): silent; look at cable, power and network"
             said.append(SensorFault(self.facts.name, self._clock.now_s(), text))
-        self._silent = silent
+        self._silent = silent and not came
         if not came:
             return said
         time_us = np.rint(simulated.shown_s(np.concatenate([one.time_s for one in came])) * 1e6)
@@ -110,7 +110,7 @@ class InProcessAcquisition:
             self.facts.name, first, time_us.astype(np.int64), columns, self._lost, self._clock.now_s()
         )
         self._taken, self._lost = first + len(time_us), 0
-        return [block, *said]  # what is said explains the silence behind it
+        return [block]
 
     def clock_readings(self) -> Sequence[ClockReading]:
         """Get (and forget) the reading that is due, if one is and the device answers."""

@@ -26,6 +26,7 @@ from bufferstand.drivers.simulated.machine import SimulatedDevice, TruthLog
 from bufferstand.drivers.simulated.serving.clock import SHOWN, ShownTime
 from bufferstand.drivers.simulated.serving.waiting_sign import NAME, WIRES, WaitingSign
 from bufferstand.drivers.simulated.wires import (
+    LabJackTwin,
     ModbusInstrumentWire,
     ModbusStandServer,
     RegisterBank,
@@ -78,6 +79,8 @@ class Served:
         port.
     time_file : str or None
         Where it shows its time (:class:`bufferstand.drivers.simulated.serving.clock.StandClock`), absolute.
+    acquisition : mapping
+        Host and ports of acquisition devices, by stream.
     """
 
     host: str
@@ -90,6 +93,7 @@ class Served:
     faults_socket: str | None = None
     instruments: Mapping[str, str | tuple[str, int]] = field(default_factory=dict)
     time_file: str | None = None
+    acquisition: Mapping[str, tuple[str, Sequence[int]]] = field(default_factory=dict)
 
     def endpoints(self) -> Endpoints:
         """Return what :func:`bufferstand.drivers.stand_file.schema.with_endpoints` needs to reach it."""
@@ -101,6 +105,7 @@ class Served:
                 for stream, place in self.instruments.items()
             },
             controller_serial=None if self.controller_serial is None else Path(self.controller_serial),
+            acquisition={stream: (host, tuple(ports)) for stream, (host, ports) in self.acquisition.items()},
         )
 
 
@@ -200,6 +205,9 @@ class StandServer:
         self._line = RtuStandServer(responder, device_id)
         self._sensors: SensorWires | None = None
         self._with_registers = tuple(self._register_wires())
+        self._twins = tuple(
+            LabJackTwin(self.device, one, self._before_request) for one in self.device.acquisition
+        )
         folder = stand_file.folder / WIRES if options.wires is None else options.wires
         self._sign_file = (folder / NAME).absolute()
         self._sign: WaitingSign | None = None
@@ -286,6 +294,7 @@ class StandServer:
                 for stream, place in places.items()
             },
             time_file=str(self._time_file),
+            acquisition={twin.stream: await self._serve_twin(twin) for twin in self._twins},
         )
 
     def _first_thermometers(
@@ -326,6 +335,14 @@ class StandServer:
                 found[one.stream] = link
         return found
 
+    async def _serve_twin(self, twin: LabJackTwin) -> tuple[str, Sequence[int]]:
+        """Open the ports of an acquisition device; return where they are."""
+        settings = twin.settings
+        host = self._own(settings.host, f"{twin.stream}.host")
+        free = self._options.port == 0
+        ports = (0, 0) if free else (settings.port, settings.stream_port)
+        return host, await twin.listen(host, *ports)
+
     def _own(self, host: str, place: str) -> str:
         """Return the address of this machine that a stand file names; refuse any other."""
         host = "127.0.0.1" if host == "localhost" else host
@@ -346,6 +363,8 @@ class StandServer:
             left = self.catch_up()
             if isinstance(self._bank, RmcBank):
                 self._bank.run_program()
+            for twin in self._twins:
+                twin.pump()
             if loop.time() >= due_s:
                 due_s = loop.time() + SLOW_WIRES_S
                 self._serve_slow_wires()
@@ -378,6 +397,8 @@ class StandServer:
         self._line.stop()
         for _, wire in self._with_registers:
             await wire.stop()
+        for twin in self._twins:
+            await twin.stop()
         await self._control.stop()
         shown, self._shown = self._shown, None
         if shown is not None:

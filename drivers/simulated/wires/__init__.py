@@ -8,6 +8,9 @@ if TYPE_CHECKING:
     from bufferstand.drivers.simulated.wires.controller_registers import (
         RegisterBank,
     )
+    from bufferstand.drivers.simulated.wires.labjack import (
+        LabJackTwin,
+    )
     from bufferstand.drivers.simulated.wires.modbus_amplifier import (
         ModbusInstrumentWire,
     )
@@ -33,6 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CREDIT_S",
+    "LabJackTwin",
     "ModbusInstrumentWire",
     "ModbusStandServer",
     "RegisterBank",
