@@ -60,6 +60,20 @@ class CollectedSamples:
         stamps = np.concatenate(self._other_us[name]) / 1e6 - offset_s - first_s
         return np.asarray(stamps, dtype=np.float64)
 
+    def at_controller(self, name: str, *, device_clock: bool) -> NDArray[np.float64]:
+        """Return a channel at the instants of the controller's samples, shape (n,): interpolated of others.
+
+        Parameters
+        ----------
+        name : str
+        device_clock : bool
+            As for :meth:`other_time_s`.
+        """
+        own_s = self.other_time_s(name, device_clock=device_clock)
+        if not own_s.size:
+            return self.column(name)
+        return np.asarray(np.interp(self.time_s(), own_s, self.column(name)))
+
     def time_s(self) -> NDArray[np.float64]:
         """Return the controller's time stamps [s], shape (n,), from 0."""
         stamps = np.concatenate([block.time_us for block in self._blocks])

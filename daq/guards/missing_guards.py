@@ -219,7 +219,8 @@ def _heat(stand_file: StandFile, plan: Plan) -> Iterator[str]:
 
 def _force_and_stroke(stand_file: StandFile, plan: Plan) -> Iterator[str]:
     names = [channel.name for channel in stand_file.controller.channel]
-    if not stand_file.amplifier and "force_2" not in names:
+    beside = [channel.name for device in stand_file.acquisition for channel in device.channels]
+    if not stand_file.amplifier and "force_2" not in (*names, *beside):
         yield "no second force: a load cell or scale that is wrong is not seen by another"
     if "stroke_2" not in names or one_wire(stand_file.profile()):
         yield "one draw wire: tilt is not watched"

@@ -188,7 +188,8 @@ class Zeroing:
             raise self._doubts.explained(halt, samples, force_kN) from None
         finally:
             self._acquisition.observers.remove(samples.take)
-        taken = _touch_samples(samples, self._channels())
+        own_clock = self._acquisition.stand.controller.facts.clock == "device"
+        taken = _touch_samples(samples, self._channels(), own_clock=own_clock)
         try:
             contact = self._driver.meanwhile(lambda: find_contact(taken))
         except NoContactError as none:
@@ -451,7 +452,7 @@ def rest_zero(channel: Channel, values: NDArray[np.float64]) -> ChannelZero:
         name=channel.name,
         unit=channel.unit,
         value=float(np.mean(values)),
-        u=math.hypot(u_mean, step_of(channel) / math.sqrt(12.0), stated_u(channel)),
+        u=math.hypot(u_mean, seen_step(channel, values) / math.sqrt(12.0), stated_u(channel)),
     )
 
 
@@ -465,13 +466,34 @@ def step_of(channel: Channel) -> float:
     return abs(float(high - low))
 
 
-def _touch_samples(samples: CollectedSamples, channels: dict[str, Channel]) -> TouchSamples:
+def seen_step(channel: Channel, values: FloatArray) -> float:
+    """Return the step of a channel's values, in its unit: of one that delivers no whole counts, as they show.
+
+    Parameters
+    ----------
+    channel : Channel
+    values : NDArray, shape (n,)
+        Some of its values.
+    """
+    stated, apart = step_of(channel), np.diff(np.unique(values))
+    least = float(apart.min()) if apart.size else stated
+    return least if least < 0.5 * stated else stated
+
+
+def _touch_samples(
+    samples: CollectedSamples, channels: dict[str, Channel], *, own_clock: bool
+) -> TouchSamples:
     names = [name for name in ("force", "position", *STROKE_CHANNELS) if name in channels]
+    wires = {
+        name: samples.at_controller(name, device_clock=own_clock)
+        for name in STROKE_CHANNELS
+        if name in channels
+    }
     return TouchSamples(
         samples.time_s(),
         samples.column("force"),
         samples.column("position"),
-        {name: samples.column(name) for name in STROKE_CHANNELS if name in channels},
+        wires,
         {name: channels[name].delay_s for name in names},
-        {name: step_of(channels[name]) for name in names},
+        {name: seen_step(channels[name], samples.column(name)) for name in names},
     )

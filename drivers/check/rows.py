@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import date, timedelta
 
 from bufferstand.drivers.check.verdict import Verdict
-from bufferstand.drivers.stand_file import RecordingStand, StandFile
+from bufferstand.drivers.stand_file import RecordingStand, StandFile, acquisition_stream
 from bufferstand.foundation.channels import Channel
 
 CALIBRATION_SOON = timedelta(days=30)
@@ -199,5 +199,8 @@ def channels_of(stand_file: StandFile) -> Iterator[tuple[str, Channel]]:
         yield "controller", channel
     for one in stand_file.instruments:
         yield one.stream, one.channel
+    for number, device in enumerate(stand_file.acquisition):
+        for channel in device.channels:
+            yield acquisition_stream(number), channel
     for sensor in stand_file.temperature_sensors:
         yield sensor.name, sensor.channel()
