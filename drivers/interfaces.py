@@ -216,6 +216,8 @@ class StreamFacts:
     device: str
     simulated: bool = False
     readings: ReadingLimits | None = None
+    clock_doubt_s: float = 0.0
+    """By so much at most the clock that its status shows is off from that of its samples [s]."""
 
 
 @dataclass(frozen=True)

@@ -104,7 +104,7 @@ class Acquisition:
         }
         self.log = RunLog(clock)
         """Where events go."""
-        self.clocks = OwnClocks(stand.sensors, self.log, CONTROLLER_STREAM)
+        self.clocks = OwnClocks(stand.sensors, self.log, stand.controller.facts)
         """Of devices that have one of their own beside the controller."""
         self.continuity = Continuity(self, stand.controller, clock, panel)
         """Knows of pauses, outages, and who has the stand."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from bufferstand.daq.acquisition.run_log import RunLog
 from bufferstand.daq.scaling import DERIVED, ScaledBlock
-from bufferstand.drivers import ClockReading, OwnClock, Sensor
+from bufferstand.drivers import ClockReading, OwnClock, Sensor, StreamFacts
 from bufferstand.recording.runfile import CLOCK_EVENT, ClockLine, ClockReadings
 
 LIVE_S = 20.0
@@ -70,14 +70,14 @@ class OwnClocks:
         Of the stand.
     log : RunLog
         Where readings go.
-    main : str
-        The controller's stream.
+    main : StreamFacts
+        Of the controller.
     """
 
-    def __init__(self, sensors: Iterable[Sensor], log: RunLog, main: str) -> None:
+    def __init__(self, sensors: Iterable[Sensor], log: RunLog, main: StreamFacts) -> None:
         self._devices = {one.facts.name: one for one in sensors if isinstance(one, OwnClock)}
-        self._clocks = {name: _Clock() for name in (main, *self._devices)}
-        self._log, self._main = log, main
+        self._clocks = {name: _Clock() for name in (main.name, *self._devices)}
+        self._log, self._main, self._doubt_s = log, main.name, main.clock_doubt_s
         self._due_s = -np.inf
 
     @property
@@ -92,9 +92,9 @@ class OwnClocks:
     def take_controller(self, device_us: int | None, asked_s: float, told_s: float) -> None:
         """Take a look at the controller's clock [µs] between two stand times [s]; None where it has none."""
         if self.there and device_us is not None:
-            self._clocks[self._main].take(
-                ClockReading(device_us, 0.5 * (asked_s + told_s), 0.5 * (told_s - asked_s))
-            )
+            half_s = 0.5 * (told_s - asked_s)
+            reading = ClockReading(device_us, asked_s + half_s, half_s + self._doubt_s)
+            self._clocks[self._main].take(reading)
 
     def take_all(self) -> None:
         """Take what the devices' clocks have shown since the last pass."""

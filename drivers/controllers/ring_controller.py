@@ -106,7 +106,8 @@ class RingController(RegisterController):
             raise self._panel.fault(f"its sample rate changed from {self.facts.rate_Hz:g} to {rate_Hz:g} Hz")
         facts = self._profile.facts
         device = f"{facts.id} edition {facts.edition} at {self._link.address}, serial {identity.serial}"
-        self.facts = StreamFacts(STREAM, "device", self._channels, rate_Hz, device)
+        doubt_s = self._link.clock_doubt_s
+        self.facts = StreamFacts(STREAM, "device", self._channels, rate_Hz, device, clock_doubt_s=doubt_s)
         return identity
 
     def _look_at_line(self, rate_Hz: float) -> None:

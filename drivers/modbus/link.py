@@ -369,6 +369,11 @@ class ModbusLink:
         return 1 if self._read_write else 2
 
     @property
+    def clock_doubt_s(self) -> float:
+        """By so much at most the clock that a status shows is off from that of the samples [s]: here none."""
+        return 0.0
+
+    @property
     def has_asked_ahead(self) -> bool:
         """Whether an exchange was sent ahead: its reply is of before it is asked for."""
         return self._ahead is not None or self._kept is not None

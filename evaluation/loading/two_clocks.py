@@ -108,7 +108,7 @@ def _aligned(run: Run, stream: str) -> str:
         if found is None:
             continue
         late_s, drift, at_s, u_s = found
-        u_s = float(np.hypot(u_s, np.hypot(*(one or 0.0 for one in delays_s))))
+        u_s = float(np.linalg.norm([u_s, *(one or 0.0 for one in delays_s)]))
         if abs(late_s) > known_s + 3.0 * u_s:
             doubts.append(
                 f"{own} lies {1e3 * late_s:.2f} ms behind {other}, more than the clocks allow: see their "

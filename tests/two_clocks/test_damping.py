@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.loading.load import load_run
+from bufferstand.evaluation.loading.long_runs import MemoryBounds
 from bufferstand.evaluation.loading.two_clocks import align, with_figures
 from bufferstand.evaluation.run import evaluate_run
 from bufferstand.recording.runfile import Run, open_run
@@ -120,6 +121,16 @@ def test_a_run_without_readings_says_of_what_its_figures_are(tmp_path: Path) -> 
     run, said = opened(record(tmp_path, World(), readings=False))
     assert run.stream_of("force").name == "controller"
     assert "the controller's own channels" in said[0]
+
+
+def test_a_long_run_is_evaluated_in_pieces_alike(tmp_path: Path) -> None:
+    path = record(tmp_path, World(lasts_s=20.0))
+    whole, _ = load_run(path)
+    pieces, facts = load_run(path, MemoryBounds(whole_rows=5_000, piece_rows=4_096))
+    assert any("aligned by" in text for text in facts.problems)
+    force_kN = np.interp(whole.time_s, pieces.time_s, pieces.force_kN)
+    inside = slice(100, -100)
+    assert np.max(np.abs(force_kN - whole.force_kN)[inside]) < 0.05
 
 
 def test_delays_that_are_not_stated_are_told(tmp_path: Path) -> None:

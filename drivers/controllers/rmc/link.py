@@ -157,6 +157,12 @@ class RmcLink(ModbusLink):
         return False
 
     @property
+    def clock_doubt_s(self) -> float:
+        """An RMC's status shows no clock: it is told by the sample of late that was read soonest [s]."""
+        rate_Hz = self._window.rate_Hz
+        return 2.0 * self._samples / rate_Hz if rate_Hz > 0.0 else 0.0
+
+    @property
     def has_asked_ahead(self) -> bool:
         """Nothing is."""
         return False

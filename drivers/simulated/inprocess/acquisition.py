@@ -8,7 +8,7 @@ import numpy as np
 
 from bufferstand.drivers.interfaces import ClockReading, SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.simulated.inprocess.virtual_clock import VirtualClock
-from bufferstand.drivers.simulated.machine import SimulatedAcquisition, SimulatedDevice
+from bufferstand.drivers.simulated.machine import Scans, SimulatedAcquisition, SimulatedDevice
 
 PACKET_S = 0.02
 """So much time a packet holds [s]."""
@@ -80,7 +80,8 @@ class InProcessAcquisition:
 
     def drain(self) -> Sequence[SampleBlock | SensorFault]:
         """Get (and forget) what has come in since the last call."""
-        simulated, came = self._simulated, []
+        simulated = self._simulated
+        came: list[Scans] = []
         said: list[SampleBlock | SensorFault] = []
         first = self._taken + self._lost
         while simulated.scans and simulated.scans[0].time_s[-1] <= self._clock.now_s() - PACKET_S:
