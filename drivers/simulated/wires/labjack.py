@@ -14,14 +14,45 @@ from contextlib import suppress
 
 import numpy as np
 
-from bufferstand.drivers.acquisition.labjack import LabJackSettings, packets, registers, volts
+from bufferstand.drivers.acquisition.labjack import (
+    AIN_NEGATIVE,
+    AIN_RANGE,
+    AUTO_TARGET,
+    CORE_TIMER,
+    ENABLE,
+    FIO0,
+    FIRMWARE_VERSION,
+    FLASH,
+    FLASH_POINTER,
+    FLASH_READ,
+    FUNCTION,
+    HEAD_BYTES,
+    LARGEST,
+    LAST_ERROR,
+    PRODUCT_ID,
+    RANGES_V,
+    SAMPLES_PER_PACKET,
+    SCAN_LIST,
+    SCAN_RATE,
+    SERIAL_NUMBER,
+    START_STAMP,
+    TARGET_PACKETS,
+    TEST,
+    TEST_VALUE,
+    TICKS_PER_S,
+    TYPE,
+    LabJackSettings,
+    number_of,
+    words_of_number,
+    words_of_real,
+)
 from bufferstand.drivers.modbus import Table
 from bufferstand.drivers.simulated.machine import SimulatedAcquisition, SimulatedDevice
 from bufferstand.drivers.simulated.wires.modbus_requests import ILLEGAL_VALUE, Responder
 from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
 from bufferstand.foundation import BadInput
 
-TICKS_PER_S = registers.TICKS_PER_S[7]
+HERTZ = TICKS_PER_S[7]
 SERIAL = 470_000_001
 FIRMWARE = 1.0300
 CENTRE = 32768.0
@@ -31,20 +62,20 @@ MOST_WAITING = 1 << 20
 """Bytes that may wait for a reader; more are skipped, as by a full buffer."""
 _FLASH_REGISTERS = 16
 _AREA = {
-    registers.TEST: 2,
-    registers.PRODUCT_ID: 2,
-    registers.FIRMWARE_VERSION: 2,
-    registers.SERIAL_NUMBER: 2,
-    registers.LAST_ERROR: 2,
-    registers.CORE_TIMER: 2,
-    registers.FLASH_POINTER: 2,
-    registers.FLASH_READ: 2,
-    registers.AIN_RANGE: 512,
-    registers.AIN_NEGATIVE: 256,
-    registers.SCAN_RATE: 28,
-    registers.SCAN_LIST: 256,
-    registers.ENABLE: 2,
-    registers.FIO0: 23,
+    TEST: 2,
+    PRODUCT_ID: 2,
+    FIRMWARE_VERSION: 2,
+    SERIAL_NUMBER: 2,
+    LAST_ERROR: 2,
+    CORE_TIMER: 2,
+    FLASH_POINTER: 2,
+    FLASH_READ: 2,
+    AIN_RANGE: 512,
+    AIN_NEGATIVE: 256,
+    SCAN_RATE: 28,
+    SCAN_LIST: 256,
+    ENABLE: 2,
+    FIO0: 23,
 }
 """Registers that it has: first, and how many."""
 
@@ -130,7 +161,7 @@ class LabJackTwin:
     def ticks(self, time_s: float) -> int:
         """Return CORE_TIMER at a stand time [s]."""
         shown_s = float(self._simulated.shown_s(np.array([time_s]))[0])
-        return int(shown_s * TICKS_PER_S) % (1 << 32)
+        return int(shown_s * HERTZ) % (1 << 32)
 
     @property
     def now_ticks(self) -> int:
@@ -163,11 +194,11 @@ class LabJackTwin:
                 continue
             wanted = one.counts[one.time_s > self._first - 1e-6]
             bits = np.rint(wanted / self._scales + CENTRE)
-            parts.append(np.clip(bits, 0, volts.LARGEST).astype(np.uint16).ravel())
+            parts.append(np.clip(bits, 0, LARGEST).astype(np.uint16).ravel())
         if self._first is None:
             return
         samples = np.concatenate(parts)
-        size = max(1, self._bank.number(registers.SAMPLES_PER_PACKET))
+        size = max(1, self._bank.number(SAMPLES_PER_PACKET))
         whole = samples.size // size * size
         for begin in range(0, whole, size):
             self._send(samples[begin : begin + size])
@@ -179,10 +210,10 @@ class LabJackTwin:
             ">HHHBBBBHHH",
             self._transaction,
             0,
-            packets.HEAD_BYTES - 6 + len(body),
+            HEAD_BYTES - 6 + len(body),
             1,
-            packets.FUNCTION,
-            packets.TYPE,
+            FUNCTION,
+            TYPE,
             0,
             0,
             0,
@@ -224,10 +255,10 @@ class _Bank:
         self._there = frozenset(at + step for at, count in _AREA.items() for step in range(count))
         self._words = dict.fromkeys(self._there, 0)
         for at, words in (
-            (registers.TEST, registers.words_of_number(registers.TEST_VALUE)),
-            (registers.PRODUCT_ID, registers.words_of_real(7.0)),
-            (registers.FIRMWARE_VERSION, registers.words_of_real(FIRMWARE)),
-            (registers.SERIAL_NUMBER, registers.words_of_number(SERIAL)),
+            (TEST, words_of_number(TEST_VALUE)),
+            (PRODUCT_ID, words_of_real(7.0)),
+            (FIRMWARE_VERSION, words_of_real(FIRMWARE)),
+            (SERIAL_NUMBER, words_of_number(SERIAL)),
         ):
             self._put(at, words)
 
@@ -243,27 +274,27 @@ class _Bank:
 
     def number(self, at: int) -> int:
         """Return a UINT32."""
-        return registers.number_of([self._words[at], self._words[at + 1]])
+        return number_of([self._words[at], self._words[at + 1]])
 
     def read_packed(self, address: int, count: int, table: Table) -> bytes:  # noqa: ARG002 - one table
         """Return registers as they are on the wire."""
         wanted = range(address, address + count)
-        if registers.CORE_TIMER in wanted:
-            self._put(registers.CORE_TIMER, registers.words_of_number(self._twin.now_ticks))
-        if registers.ENABLE in wanted:
-            self._put(registers.ENABLE, registers.words_of_number(int(self._twin.runs)))
+        if CORE_TIMER in wanted:
+            self._put(CORE_TIMER, words_of_number(self._twin.now_ticks))
+        if ENABLE in wanted:
+            self._put(ENABLE, words_of_number(int(self._twin.runs)))
         return struct.pack(f">{count}H", *(self._words[at] for at in wanted))
 
     def write(self, address: int, values: Sequence[int]) -> int:
         """Write registers, and do what they mean; return 0, or why nothing was done."""
-        if address == registers.AUTO_TARGET and registers.number_of(list(values)) != registers.TARGET_PACKETS:
+        if address == AUTO_TARGET and number_of(list(values)) != TARGET_PACKETS:
             return ILLEGAL_VALUE
         self._put(address, values)
-        if address == registers.FLASH_POINTER:
-            self._put(registers.FLASH_READ, self._flash(registers.number_of(list(values))))
-        if address == registers.ENABLE:
-            if registers.number_of(list(values)):
-                self._put(registers.START_STAMP, registers.words_of_number(self._twin.begin()))
+        if address == FLASH_POINTER:
+            self._put(FLASH_READ, self._flash(number_of(list(values))))
+        if address == ENABLE:
+            if number_of(list(values)):
+                self._put(START_STAMP, words_of_number(self._twin.begin()))
             else:
                 self._twin.end()
         return 0
@@ -274,7 +305,7 @@ class _Bank:
 
     def is_momentary(self, addresses: range, table: Table) -> bool:  # noqa: ARG002 - one table
         """Return whether the clock is asked for."""
-        return registers.CORE_TIMER in addresses or registers.ENABLE in addresses
+        return CORE_TIMER in addresses or ENABLE in addresses
 
     def _put(self, at: int, words: Sequence[int]) -> None:
         for step, word in enumerate(words):
@@ -282,9 +313,9 @@ class _Bank:
 
     def _flash(self, at: int) -> list[int]:
         """Return two registers of the constants of a range: slopes, centre, offset."""
-        number, byte = divmod(at - volts.FLASH["T7"], _FLASH_REGISTERS)
-        ranges = volts.RANGES_V["T7"]
+        number, byte = divmod(at - FLASH["T7"], _FLASH_REGISTERS)
+        ranges = RANGES_V["T7"]
         if not 0 <= number < len(ranges):
             return [0xFFFF, 0xFFFF]
         slope = ranges[number] * OVER / CENTRE
-        return registers.words_of_real((slope, -slope, CENTRE, 0.0)[byte // 4])
+        return words_of_real((slope, -slope, CENTRE, 0.0)[byte // 4])
