@@ -52,6 +52,7 @@ def listened(
     return blocks, readings
 
 
+@pytest.mark.slow
 def test_readings_place_the_samples_to_within_their_bound() -> None:
     clock = WallClock()
     with LabJackEmulator({0: lambda t: 5.0 * np.sin(2.0 * np.pi * t / TURN_S)}, drift=DRIFT) as far:
