@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from bufferstand.drivers.instruments import InstrumentSite, SampleRate, TcpAddress
+from bufferstand.drivers.instruments import InstrumentSite, SampleRate, SerialAddress, TcpAddress
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings
 
 
 class AcquisitionDevice(Sensor, Protocol):
-    """A device that samples many channels by a clock of its own, read in a thread of its own."""
+    """A device of many channels, read in a thread of its own: sampled by its own clock, or polled."""
 
     @property
     def identity(self) -> str:
@@ -39,6 +40,9 @@ class AcquisitionDevice(Sensor, Protocol):
 
 class AcquisitionSettings(Settings):
     """An entry ``[[acquisition]]`` of a stand file; a kind adds its own keys and narrows ``kind``."""
+
+    own_clock: ClassVar[bool] = True
+    """Whether the device stamps its samples by a clock of its own; else they are stamped by this computer."""
 
     kind: str
     rate_Hz: SampleRate
@@ -74,8 +78,23 @@ class AcquisitionKind(ABC, Generic[SettingsT]):
         """Return its driver, not started yet."""
 
     @abstractmethod
-    def wire(self, settings: SettingsT) -> TcpAddress:
-        """Return where it is reached."""
+    def wire(self, settings: SettingsT, folder: Path) -> TcpAddress | SerialAddress:
+        """Return where it is reached, relative paths from the stand file's folder."""
+
+    def demand(self, settings: SettingsT, folder: Path) -> None:  # noqa: B027 - most have nothing to refuse
+        """Refuse an entry that is in order by itself, but not with the files that it names.
+
+        Parameters
+        ----------
+        settings : AcquisitionSettings
+        folder : Path
+            Of the stand file.
+
+        Raises
+        ------
+        BadInput
+            Without a file: its place is a key of the entry, ``input.0.point``. With one: it is that file's.
+        """
 
 
 Kind = AcquisitionKind[Any]

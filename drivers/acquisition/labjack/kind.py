@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from bufferstand.drivers.acquisition.kind import AcquisitionKind
 from bufferstand.drivers.acquisition.labjack.driver import LabJackDriver
 from bufferstand.drivers.acquisition.labjack.settings import LabJackSettings
@@ -22,8 +24,9 @@ class LabJackKind(AcquisitionKind[LabJackSettings]):
         """Return its driver, not started yet."""
         return LabJackDriver(settings, site.clock, site.stream)
 
-    def wire(self, settings: LabJackSettings) -> TcpAddress:
+    def wire(self, settings: LabJackSettings, folder: Path) -> TcpAddress:
         """Return its Modbus port."""
+        del folder
         return TcpAddress(settings.host, settings.port)
 
 
