@@ -81,7 +81,7 @@ class AcquisitionKind(ABC, Generic[SettingsT]):
     def wire(self, settings: SettingsT, folder: Path) -> TcpAddress | SerialAddress:
         """Return where it is reached, relative paths from the stand file's folder."""
 
-    def demand(self, settings: SettingsT, folder: Path) -> None:  # noqa: B027 - most have nothing to refuse
+    def demand(self, settings: SettingsT, folder: Path) -> None:
         """Refuse an entry that is in order by itself, but not with the files that it names.
 
         Parameters

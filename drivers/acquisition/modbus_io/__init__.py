@@ -1,4 +1,4 @@
-"""Modbus I/O by description: devices whose registers a TOML file describes, polled over TCP or a serial line."""
+"""Modbus I/O by description: devices whose registers a TOML file describes, polled over TCP or a line."""
 
 from typing import TYPE_CHECKING
 

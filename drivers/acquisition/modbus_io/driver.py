@@ -2,7 +2,7 @@
 
 A value is stamped with the middle between the first request and the last reply that its scan needed; it was
 true at some instant between them, so that half of that time is how far the stamp may be off. A poll that took
-longer than the stand file allows, was repeated, or was refused, is a gap: no value is carried over or guessed.
+longer than the stand file allows, was repeated, or was refused, is a gap: nothing is carried over or guessed.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import PlausibilityWatch
 
 _POLL_S = 0.001
-_RETRY_S = 0.5
+_RETRY_S = 0.1
+"""So often a device is tried that does not answer, where polls come faster [s]."""
 _TIMED = 500
 """Polls whose duration is remembered."""
 
@@ -163,12 +164,16 @@ class ModbusIoDriver:
             try:
                 self._poll_once()
             except DeviceFault as fault:
-                self._skip_missed(self._clock.now_s())
-                if not self._failing:  # told once, not with every poll of an outage
-                    self._fault(str(fault))
+                self._missed += 1
+                events = self._link.events()
+                if self._failing:  # told once, not with every poll of an outage
+                    self._end.wait(_RETRY_S)
+                else:
+                    for text in (*(f"{self._name}: {one}" for one in events), str(fault)):
+                        self._fault(text)
                 self._failing = True
-                self._end.wait(min(_RETRY_S, self._period_s))
-            self._tell_events()
+            self._due_s += self._period_s
+            self._skip_missed(self._clock.now_s())
 
     def _poll_once(self) -> None:
         """Poll, and hand a row over; or count a gap."""
@@ -185,8 +190,6 @@ class ModbusIoDriver:
             self._half_s.append(half_s)
             self._post(image, 0.5 * (began_s + ended_s))
         self._tell_late(half_s if late else None)
-        self._due_s += self._period_s
-        self._skip_missed(self._clock.now_s())
 
     def _skip_missed(self, now_s: float) -> None:
         """Count the polls whose turn has passed."""

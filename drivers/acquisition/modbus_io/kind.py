@@ -83,7 +83,7 @@ class ModbusIoKind(AcquisitionKind[ModbusIoSettings]):
             reads = scan_reads(points, most_registers=found.most_registers, bridge=found.bridge)
             characters = sum(read.line_characters() for read in (*reads[0], *reads[1]))
             bits = _START_AND_DATA_BITS + (settings.parity != "none") + settings.stop_bits
-            most_Hz = settings.baud / (bits * characters)  # noqa: N806 - the unit keeps its capital
+            most_Hz = settings.baud / (bits * characters)
             if settings.rate_Hz > most_Hz:
                 raise BadInput(
                     f"rate_Hz = {settings.rate_Hz:g}: {settings.baud} baud carries {most_Hz:.3g} polls a "

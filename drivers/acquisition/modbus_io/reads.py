@@ -43,9 +43,12 @@ class Read:
         DeviceFault
             If no true reply comes; ModbusRefusal if the device refuses.
         """
-        if self.table == "coil" or self.table == "discrete":
-            return [int(one) for one in link.read_bits(self.address, self.count, what, table=self.table)]
-        return link.read(self.address, self.count, what, table=self.table)
+        match self.table:
+            case "coil" | "discrete":
+                bits = link.read_bits(self.address, self.count, what, table=self.table)
+                return [int(one) for one in bits]
+            case _:
+                return link.read(self.address, self.count, what, table=self.table)
 
 
 class Image:

@@ -35,7 +35,7 @@ class ModbusIoSettings(AcquisitionSettings):
     kind: Literal["modbus-io"]
     description: str = Field(min_length=1)
     """A shipped description's name, or a path of a TOML file."""
-    answers: dict[str, int | float | str] = {}
+    answers: dict[str, int | float | str] = Field(default_factory=dict)
     """What the device's documents do not say and the description asks, by its keys."""
     host: str = ""
     port: int = Field(default=502, ge=1, le=65535)
