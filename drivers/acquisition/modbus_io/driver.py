@@ -30,6 +30,8 @@ from bufferstand.foundation.channels import PlausibilityWatch
 _POLL_S = 0.001
 _RETRY_S = 0.1
 """So often a device is tried that does not answer, where polls come faster [s]."""
+_AGAIN_S = 10.0
+"""Late polls are told at most so often [s of the wall]; every one is a counted gap."""
 _TIMED = 500
 """Polls whose duration is remembered."""
 
@@ -83,10 +85,17 @@ class ModbusIoDriver:
         self._due_s = 0.0
         self._last_us = -1
         self._failing = False
+        self._late_told_s = -math.inf
 
     def ask_for_stop(self, reason: str) -> None:
         """Do nothing: nothing is ever written to such a device."""
         del reason
+
+    @property
+    def described(self) -> dict[str, object]:
+        """The description that its values were made by, for the run file."""
+        content: dict[str, object] = self._description.model_dump(mode="json", exclude_defaults=True)
+        return content
 
     @property
     def stamp_note(self) -> str:
@@ -233,17 +242,15 @@ class ModbusIoDriver:
         self._wrong = set(wrong)
 
     def _tell_late(self, half_s: float | None) -> None:
-        """Say once that replies come late, and again when that has ended and begins anew."""
-        if half_s is not None and "late" not in self._wrong:
+        """Say that replies come late, at most every so often."""
+        now_s = self._clock.wall_s()
+        if half_s is not None and now_s - self._late_told_s >= _AGAIN_S:
+            self._late_told_s = now_s
             self._fault(
                 f"{self._name}: a poll took {2e3 * half_s:.3g} ms, its values could be off by half of that "
                 f"(stamp_within_s = {self._settings.stamp_half_s:g}): a gap; look at the network, the "
                 "device's load, or write a smaller rate_Hz"
             )
-        if half_s is not None:
-            self._wrong.add("late")
-        else:
-            self._wrong.discard("late")
 
     # --- the rest ------------------------------------------------------------------------------------
 
