@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from bufferstand.drivers.instruments import InstrumentSite, SampleRate, SerialAddress, TcpAddress
 from bufferstand.drivers.interfaces import Sensor
+from bufferstand.drivers.modbus import Candidate
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings
 
@@ -80,6 +82,10 @@ class AcquisitionKind(ABC, Generic[SettingsT]):
     @abstractmethod
     def wire(self, settings: SettingsT, folder: Path) -> TcpAddress | SerialAddress:
         """Return where it is reached, relative paths from the stand file's folder."""
+
+    def candidates(self) -> Iterable[Candidate]:
+        """Return the devices of this kind that a foreign one on Modbus could be; none by default."""
+        return ()
 
     def demand(self, settings: SettingsT, folder: Path) -> None:
         """Refuse an entry that is in order by itself, but not with the files that it names.

@@ -5,6 +5,12 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.drivers.modbus.likeness import (
+        Candidate,
+        Found,
+        Likeness,
+        look_at,
+    )
     from bufferstand.drivers.modbus.link import (
         EXCEPTION_TEXTS,
         HURRY_S,
@@ -27,13 +33,17 @@ __all__ = [
     "HURRY_S",
     "LONGER",
     "BitTable",
+    "Candidate",
     "Exchange",
+    "Found",
+    "Likeness",
     "ModbusLink",
     "ModbusRefusal",
     "RtuWire",
     "Table",
     "TcpWire",
     "Wire",
+    "look_at",
     "with_quick_replies",
 ]
 

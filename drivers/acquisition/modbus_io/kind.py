@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from bufferstand.drivers.acquisition.kind import AcquisitionKind
-from bufferstand.drivers.acquisition.modbus_io.description import load_description
+from bufferstand.drivers.acquisition.modbus_io.description import load_description, shipped_descriptions
 from bufferstand.drivers.acquisition.modbus_io.driver import ModbusIoDriver, scan_reads
+from bufferstand.drivers.acquisition.modbus_io.likeness import likeness
 from bufferstand.drivers.acquisition.modbus_io.points import Point, resolved_points
 from bufferstand.drivers.acquisition.modbus_io.settings import ModbusIoSettings
 from bufferstand.drivers.instruments import InstrumentSite, SerialAddress, TcpAddress
-from bufferstand.drivers.modbus import ModbusLink, RtuWire, TcpWire, Wire
+from bufferstand.drivers.modbus import Candidate, ModbusLink, RtuWire, TcpWire, Wire
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import nearest_key
 
@@ -91,6 +94,12 @@ class ModbusIoKind(AcquisitionKind[ModbusIoSettings]):
                     place="rate_Hz",
                     remedy="write a smaller rate_Hz, or a larger baud in device and stand file",
                 )
+
+    def candidates(self) -> Iterator[Candidate]:
+        """Yield every shipped description."""
+        for name in shipped_descriptions():
+            found = load_description(name, Path())
+            yield Candidate("description", name, found.title, partial(likeness, found))
 
     def _points(self, settings: ModbusIoSettings, folder: Path) -> list[Point]:
         found = load_description(settings.description, folder)
