@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from bufferstand.drivers.descriptions import Asked, Question, Source, as_entries
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import Settings, Within, WrongKeyError, load_settings
 
@@ -24,9 +25,6 @@ Order = Literal["big", "little"]
 WORDS: dict[str, int] = {"u16": 1, "i16": 1, "sm16": 1, "u32": 2, "i32": 2, "sm32": 2, "f32": 2, "bit": 1}
 """Registers (or bits of a table of bits) that a value of each type takes."""
 BIT_TABLES = frozenset({"coil", "discrete"})
-_ASKED = r"^\?[a-z][a-z0-9_]*$"
-Asked = Annotated[str, Field(pattern=_ASKED, description="“?key” of an [[ask]]")]
-"""Stands for the answer of a stand file to the question of that key."""
 Address = Annotated[int, Field(ge=0, le=65535)]
 Number = Annotated[float, Within(-1e12, 1e12, "no measured value is larger")]
 Span = Annotated[
@@ -40,33 +38,6 @@ Places = Annotated[
     BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v),
     Within(0, 31, "a value has 32 bits at most"),
 ]
-Texts = Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
-Tables = BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)
-
-
-class Source(Settings):
-    """A public document that a description was made from."""
-
-    document: str = Field(min_length=1)
-    edition: str = Field(min_length=1)
-    """Edition, version or date; “not stated” where the document has none."""
-    place: str = Field(min_length=1)
-    """Pages, tables."""
-
-    @property
-    def sentence(self) -> str:
-        """Document, edition and place in words."""
-        return f"{self.document}, {self.edition}, {self.place}"
-
-
-class Question(Settings):
-    """What the document does not say, and the laboratory has to."""
-
-    key: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
-    kind: Literal["whole", "number", "choice", "text"]
-    choices: Texts = ()
-    why: str = Field(min_length=10)
-    """What is asked, why it cannot be known here, and where the laboratory finds it."""
 
 
 class Expected(Settings):
@@ -136,8 +107,8 @@ class PointEntry(Settings):
     unit: str = Field(min_length=1)
     range: Span | None = None
     """Lowest and highest value that can be, in the unit; outside it is no measurement."""
-    fault: Annotated[tuple[Fault, ...], Tables] = ()
-    status: Annotated[tuple[Status, ...], Tables] = ()
+    fault: Annotated[tuple[Fault, ...], as_entries] = ()
+    status: Annotated[tuple[Status, ...], as_entries] = ()
 
     @model_validator(mode="after")
     def _makes_sense(self) -> PointEntry:
@@ -173,9 +144,9 @@ class Description(Settings):
     title: str = Field(min_length=1)
     confirmed: bool = False
     """Whether it was tried on the device itself."""
-    wires: Annotated[tuple[Literal["tcp", "rtu"], ...], Tables]
+    wires: Annotated[tuple[Literal["tcp", "rtu"], ...], as_entries]
     """What it is reached by."""
-    source: Annotated[tuple[Source, ...], Tables] = Field(min_length=1)
+    source: Annotated[tuple[Source, ...], as_entries] = Field(min_length=1)
     word_order: Order | Asked = "big"
     """Which of the two registers of a 32-bit value comes first: the high one (``big``) or the low one."""
     byte_order: Order | Asked = "big"
@@ -188,9 +159,9 @@ class Description(Settings):
     """Registers between two wanted ones that may be read with them; others lie in reads of their own."""
     fastest_Hz: Annotated[float, Field(gt=0), Within(0.001, 10_000.0, "of a polled device")] | None = None
     """How often there is a new value, where the document says it."""
-    ask: Annotated[tuple[Question, ...], Tables] = ()
-    identity: Annotated[tuple[Expected, ...], Tables] = ()
-    point: Annotated[tuple[PointEntry, ...], Tables] = Field(min_length=1)
+    ask: Annotated[tuple[Question, ...], as_entries] = ()
+    identity: Annotated[tuple[Expected, ...], as_entries] = ()
+    point: Annotated[tuple[PointEntry, ...], as_entries] = Field(min_length=1)
 
     @model_validator(mode="after")
     def _asks_what_it_uses(self) -> Description:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 from bufferstand.drivers.acquisition.modbus_io.description import Description
 from bufferstand.drivers.acquisition.modbus_io.driver import expected_content, mismatch, scan_reads
-from bufferstand.drivers.acquisition.modbus_io.points import Answer, Point, resolved_points
+from bufferstand.drivers.acquisition.modbus_io.points import Point, resolved_points
 from bufferstand.drivers.acquisition.modbus_io.reads import Image
+from bufferstand.drivers.descriptions import Answer
 from bufferstand.drivers.modbus import Likeness, ModbusLink, ModbusRefusal
 
 _STAND_INS: dict[str, Answer] = {"whole": 0, "number": 1.0, "text": "units"}

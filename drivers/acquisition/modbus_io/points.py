@@ -15,12 +15,10 @@ from bufferstand.drivers.acquisition.modbus_io.description import (
     IoTable,
     Order,
     PointEntry,
-    Question,
 )
+from bufferstand.drivers.descriptions import Answer, checked_answers
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.settings import nearest_key
 
-Answer = int | float | str
 _ONE_WORD = 16
 
 
@@ -158,68 +156,6 @@ class Point:
         return Reading(value, told)
 
 
-def checked_answers(found: Description, answers: Mapping[str, Answer]) -> dict[str, Answer]:
-    """Return the answers of a stand file to a description's questions.
-
-    Raises
-    ------
-    BadInput
-        If one is missing (with the description's reason why it is asked), is of another kind, or belongs to
-        no question.
-    """
-    asked = {one.key: one for one in found.ask}
-    for key in answers:
-        if key not in asked:
-            near = nearest_key(key, list(asked))
-            known = f"it asks {', '.join(asked)}" if asked else "it asks nothing"
-            raise BadInput(
-                f"description “{found.id}” does not ask “{key}”",
-                place=f"answers.{key}",
-                remedy=f"did you mean {near}?" if near else f"leave it out; {known}",
-            )
-    for key, question in asked.items():
-        if key not in answers:
-            example = _example(question)
-            raise BadInput(
-                f"description “{found.id}” needs answers.{key}, which its documents do not say: "
-                f"{question.why}",
-                place="answers",
-                remedy=f"write answers = {{ {key} = {example} }}",
-            )
-        _demand_kind(question, answers[key])
-    return dict(answers)
-
-
-def _example(question: Question) -> str:
-    return {
-        "whole": "0",
-        "number": "0.1",
-        "text": '"kg"',
-        "choice": f'"{question.choices[0]}"' if question.choices else '""',
-    }[question.kind]
-
-
-def _demand_kind(question: Question, answer: Answer) -> None:
-    fits = {
-        "whole": isinstance(answer, int) and not isinstance(answer, bool),
-        "number": isinstance(answer, int | float) and math.isfinite(answer),
-        "text": isinstance(answer, str) and bool(answer),
-        "choice": answer in question.choices,
-    }[question.kind]
-    if not fits:
-        wanted = {
-            "whole": "a whole number",
-            "number": "a number",
-            "text": "a text",
-            "choice": " or ".join(f"“{one}”" for one in question.choices),
-        }
-        raise BadInput(
-            f"answers.{question.key} = {answer!r} is not {wanted[question.kind]}",
-            place=f"answers.{question.key}",
-            remedy=question.why,
-        )
-
-
 def resolved_points(found: Description, answers: Mapping[str, Answer]) -> dict[str, Point]:
     """Return every point of a description by its name, the answers in their places.
 
@@ -234,7 +170,7 @@ def resolved_points(found: Description, answers: Mapping[str, Answer]) -> dict[s
     BadInput
         If an answer is missing or wrong, an address is beyond 65535, or two points have one name.
     """
-    given = checked_answers(found, answers)
+    given = checked_answers(found.id, found.ask, answers)
 
     def answered(value: object) -> object:
         return given[value[1:]] if isinstance(value, str) and value.startswith("?") else value
