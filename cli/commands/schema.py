@@ -21,6 +21,7 @@ NAMES = {
     "mapping": "Mapping of a foreign record of bufferstand",
     "profile": "Register profile of bufferstand",
     "modbus-io": "Description of a Modbus device of bufferstand",
+    "ascii-line": "Description of an amplifier that speaks lines, of bufferstand",
     "model": "Spring model of bufferstand",
     "evaluation": "Evaluation document of bufferstand",
 }
@@ -31,7 +32,8 @@ NAMES = {
 @click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
 def command(name: str) -> int:
     """Print the JSON Schema of a file: stand, recording-stand, campaign, specimen, limit-set, report,
-    publication, inspection, mapping, profile, modbus-io, model; or of the evaluation document: evaluation.
+    publication, inspection, mapping, profile, modbus-io, ascii-line, model; or of the evaluation document:
+    evaluation.
 
     With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
     """
@@ -93,6 +95,10 @@ def described(name: str) -> type:  # noqa: PLR0911, PLR0912 - each room is loade
             from bufferstand.drivers.acquisition.modbus_io import Description
 
             return Description
+        case "ascii-line":
+            from bufferstand.drivers.amplifiers.ascii_line import LineDescription
+
+            return LineDescription
         case "model":
             from bufferstand.model import ModelFile
 

@@ -9,7 +9,16 @@ from pathlib import Path
 from bufferstand.drivers.acquisition import acquisition_kinds
 from bufferstand.drivers.check.hints import GATEWAY_CODES, PROBE_S, UNITS
 from bufferstand.drivers.controllers import controller_kinds
-from bufferstand.drivers.modbus import Candidate, Found, Likeness, ModbusLink, ModbusRefusal, Wire, look_at
+from bufferstand.drivers.modbus import (
+    Candidate,
+    Found,
+    Likeness,
+    ModbusLink,
+    ModbusRefusal,
+    Table,
+    Wire,
+    look_at,
+)
 from bufferstand.drivers.register_maps import SHIPPED, AmplifierMap, decode_value, load_amplifier_map
 from bufferstand.foundation import DeviceFault
 
@@ -69,7 +78,7 @@ def known_devices() -> Iterator[Candidate]:
 def _map_likeness(registers: AmplifierMap, link: ModbusLink) -> Likeness:
     identity = registers.identity
     assert identity is not None
-    table = "input" if registers.table == "input" else "holding"
+    table: Table = "input" if registers.table == "input" else "holding"
     words = link.read(identity.address, identity.words, "identity", table=table)
     shown = decode_value(words, identity.type, registers.word_order)
     if shown == identity.expect:

@@ -25,6 +25,7 @@ _TABLES = {
     "sensor": "other sensors: [[sensor]] kind",
     "temperature": "thermometers: [[temperature]] kind",
     "description": 'descriptions of Modbus devices: [[acquisition]] kind = "modbus-io", description',
+    "line": 'descriptions of amplifiers that speak lines: line.description of protocol "ascii-line"',
     "profile": "register profiles: [controller] profile",
     "map": "register maps: modbus.map of an amplifier or sensor",
 }

@@ -181,7 +181,9 @@ def _answers_used(found: Description) -> list[str]:
     values: list[object] = [found.word_order, found.byte_order, found.base]
     for point in found.point:
         values += [point.table, point.scale, point.offset, point.unit]
-        values += [one.table for one in (*point.status, *([point.sign] if point.sign else []))]
+        values += [one.table for one in point.status]
+        if point.sign is not None:
+            values.append(point.sign.table)
     return [one[1:] for one in values if isinstance(one, str) and one.startswith("?")]
 
 
