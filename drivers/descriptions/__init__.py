@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from bufferstand.drivers.descriptions.questions import (
         Answer,
         Asked,
+        GivenAnswers,
         Question,
         Source,
         Texts,
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Answer",
     "Asked",
+    "GivenAnswers",
     "Question",
     "Source",
     "Texts",

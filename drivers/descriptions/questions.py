@@ -9,10 +9,14 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.settings import Settings, nearest_key
+from bufferstand.foundation.settings import Settings, Within, nearest_key
 
 Answer = int | float | str
 """What a stand file answers."""
+GivenAnswers = Annotated[
+    dict[str, Answer], Within(-1e12, 1e12, "no address, scale or setting of a device is larger")
+]
+"""Answers by the keys of the questions, in a stand file."""
 Asked = Annotated[str, Field(pattern=r"^\?[a-z][a-z0-9_]*$", description="“?key” of an [[ask]]")]
 """Stands for the answer of a stand file to the question of that key."""
 as_entries = BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)

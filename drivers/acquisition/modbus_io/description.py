@@ -26,6 +26,9 @@ WORDS: dict[str, int] = {"u16": 1, "i16": 1, "sm16": 1, "u32": 2, "i32": 2, "sm3
 """Registers (or bits of a table of bits) that a value of each type takes."""
 BIT_TABLES = frozenset({"coil", "discrete"})
 Address = Annotated[int, Field(ge=0, le=65535)]
+Step = Annotated[int, Field(ge=-1000, le=1000)]
+Content = Annotated[float, Within(-(2.0**128), 2.0**128, "no register holds more")]
+"""What registers hold, before it is scaled."""
 Number = Annotated[float, Within(-1e12, 1e12, "no measured value is larger")]
 Span = Annotated[
     tuple[float, float],
@@ -47,8 +50,8 @@ class Expected(Settings):
     table: IoTable = "holding"
     address: Address
     type: IoType = "u16"
-    expect: float
-    swapped: float | None = None
+    expect: Content
+    swapped: Content | None = None
     """What is read there if something on the way exchanges bytes or words."""
 
 
@@ -57,11 +60,11 @@ class Status(Settings):
 
     table: IoTable | Asked = "holding"
     address: Address
-    step: int = 0
+    step: Step = 0
     """Addresses from one point of a row to the next."""
     bit: int | None = Field(default=None, ge=0, le=15)
     """The bit that is looked at; without it the whole register is."""
-    equals: int = 1
+    equals: Annotated[int, Field(ge=0, le=65535)] = 1
     """With this content it says what ``what`` says."""
     what: str = Field(min_length=1)
     valid: bool = False
@@ -73,14 +76,14 @@ class Sign(Settings):
 
     table: IoTable | Asked = "holding"
     address: Address
-    step: int = 0
+    step: Step = 0
     bit: int = Field(default=0, ge=0, le=15)
 
 
 class Fault(Settings):
     """A content of the value's own registers that is no measurement."""
 
-    raw: int | float
+    raw: Content
     what: str = Field(min_length=1)
 
 
@@ -140,7 +143,7 @@ class Description(Settings):
     """What a Modbus device shows, and where."""
 
     id: str = Field(min_length=1)
-    edition: int = Field(ge=1)
+    edition: int = Field(ge=1, le=10_000)
     title: str = Field(min_length=1)
     confirmed: bool = False
     """Whether it was tried on the device itself."""
@@ -151,7 +154,7 @@ class Description(Settings):
     """Which of the two registers of a 32-bit value comes first: the high one (``big``) or the low one."""
     byte_order: Order | Asked = "big"
     """Which byte of a register comes first; Modbus has the high one first."""
-    base: int | Asked = 0
+    base: Annotated[int, Field(ge=-65535, le=65535)] | Asked = 0
     """Added to the address of every point; not to those of ``identity``."""
     most_registers: int = Field(default=125, ge=1, le=125)
     """Registers that one request may ask for."""

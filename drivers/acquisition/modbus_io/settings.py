@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from bufferstand.drivers.acquisition.kind import AcquisitionSettings
+from bufferstand.drivers.descriptions import GivenAnswers
 from bufferstand.drivers.instruments import Baud, ReplyTime
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings, Within, WrongKeyError
@@ -35,7 +36,7 @@ class ModbusIoSettings(AcquisitionSettings):
     kind: Literal["modbus-io"]
     description: str = Field(min_length=1)
     """A shipped description's name, or a path of a TOML file."""
-    answers: dict[str, int | float | str] = Field(default_factory=dict)
+    answers: GivenAnswers = Field(default_factory=dict)
     """What the device's documents do not say and the description asks, by its keys."""
     host: str = ""
     port: int = Field(default=502, ge=1, le=65535)

@@ -53,7 +53,7 @@ class LineDescription(Settings):
     """What an amplifier that speaks lines is asked, and what it answers."""
 
     id: str = Field(min_length=1)
-    edition: int = Field(ge=1)
+    edition: int = Field(ge=1, le=10_000)
     title: str = Field(min_length=1)
     confirmed: bool = False
     """Whether it was tried on the device itself."""

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from bufferstand.drivers.amplifiers.settings import AmplifierSettings
+from bufferstand.drivers.descriptions import GivenAnswers
 from bufferstand.drivers.instruments import Baud, SampleRate, demand_port
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings
@@ -17,7 +18,7 @@ class LineTable(Settings):
 
     description: str = Field(min_length=1)
     """A shipped description's name, or a path of a TOML file."""
-    answers: dict[str, int | float | str] = Field(default_factory=dict)
+    answers: GivenAnswers = Field(default_factory=dict)
     """What the description asks, by its keys."""
     parity: Literal["none", "even"] = "none"
 
