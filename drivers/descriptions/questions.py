@@ -13,8 +13,9 @@ from bufferstand.foundation.settings import Settings, Within, nearest_key
 
 Answer = int | float | str
 """What a stand file answers."""
-GivenAnswers = Annotated[
-    dict[str, Answer], Within(-1e12, 1e12, "no address, scale or setting of a device is larger")
+GivenAnswers = dict[
+    str,
+    Annotated[int | float | str, Within(-1e12, 1e12, "no address, scale or setting of a device is larger")],
 ]
 """Answers by the keys of the questions, in a stand file."""
 Asked = Annotated[str, Field(pattern=r"^\?[a-z][a-z0-9_]*$", description="“?key” of an [[ask]]")]
