@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bufferstand.drivers.acquisition import acquisition_kinds
+from bufferstand.drivers.acquisition.modbus_io import load_description, shipped_descriptions
+from bufferstand.drivers.amplifiers.ascii_line import load_line_description, shipped_line_descriptions
 from bufferstand.drivers.controllers import controller_kinds
 from bufferstand.drivers.controllers.rmc import program_text
 from bufferstand.drivers.instruments import kinds
@@ -26,7 +28,8 @@ class KnownInstrument:
     ----------
     table : str
         Where a stand file names it: ``controller``, ``acquisition``, ``amplifier``, ``sensor``,
-        ``temperature``; ``profile`` and ``map`` for descriptions.
+        ``temperature``; ``description`` of Modbus I/O, ``line`` of an amplifier, ``profile`` and ``map``
+        for descriptions.
     name : str
         What it writes there.
     title : str
@@ -86,7 +89,15 @@ def _beside() -> Iterator[KnownInstrument]:
 
 
 def _descriptions() -> Iterator[KnownInstrument]:
-    """Yield the register maps that are shipped: addresses as data."""
+    """Yield the descriptions and register maps that are shipped: addresses as data."""
+    for name in shipped_descriptions():
+        found = load_description(name, Path())
+        sources = tuple(one.sentence for one in found.source)
+        yield KnownInstrument("description", name, found.title, sources, found.confirmed)
+    for name in shipped_line_descriptions():
+        spoken = load_line_description(name, Path())
+        sources = tuple(one.sentence for one in spoken.source)
+        yield KnownInstrument("line", name, spoken.title, sources, spoken.confirmed)
     for path in sorted(SHIPPED.glob("*.toml")):
         facts = load_profile(path.stem).facts
         yield KnownInstrument("profile", path.stem, facts.description, (f"edition {facts.edition}",), False)

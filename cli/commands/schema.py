@@ -20,6 +20,8 @@ NAMES = {
     "inspection": "Inspector's file of bufferstand",
     "mapping": "Mapping of a foreign record of bufferstand",
     "profile": "Register profile of bufferstand",
+    "modbus-io": "Description of a Modbus device of bufferstand",
+    "ascii-line": "Description of an amplifier that speaks lines, of bufferstand",
     "model": "Spring model of bufferstand",
     "evaluation": "Evaluation document of bufferstand",
 }
@@ -30,7 +32,8 @@ NAMES = {
 @click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
 def command(name: str) -> int:
     """Print the JSON Schema of a file: stand, recording-stand, campaign, specimen, limit-set, report,
-    publication, inspection, mapping, profile, model; or of the evaluation document: evaluation.
+    publication, inspection, mapping, profile, modbus-io, ascii-line, model; or of the evaluation document:
+    evaluation.
 
     With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
     """
@@ -45,7 +48,7 @@ def schema_of(name: str) -> dict[str, Any]:
     return json_schema(described(name), NAMES[name])
 
 
-def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it is asked for
+def described(name: str) -> type:  # noqa: PLR0911, PLR0912 - each room is loaded when it is asked for
     """Return the schema, or the typed dictionary, of one of :data:`NAMES`."""
     match name:
         case "stand":
@@ -88,6 +91,14 @@ def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it
             from bufferstand.drivers.register_maps import ProfileFile
 
             return ProfileFile
+        case "modbus-io":
+            from bufferstand.drivers.acquisition.modbus_io import Description
+
+            return Description
+        case "ascii-line":
+            from bufferstand.drivers.amplifiers.ascii_line import LineDescription
+
+            return LineDescription
         case "model":
             from bufferstand.model import ModelFile
 

@@ -55,6 +55,8 @@ def recording_document(
     if facts.specimen is not None:
         specimen = facts.specimen.specimen.model_dump(mode="json")
         test = facts.specimen.test.model_dump(mode="json")
+    described = {one.facts.name: getattr(one, "described", None) for one in devices.acquisition}
+    descriptions = {name: content for name, content in described.items() if content}
     identity = [getattr(one, "identity", "") or one.facts.device for one in devices.all]
     return {
         "format": FORMAT,
@@ -73,6 +75,7 @@ def recording_document(
             **stand.model_dump(mode="json"),
             "laboratory": stand.stand.laboratory or test.get("laboratory", ""),
             "devices": dict(zip((one.facts.name for one in devices.all), identity, strict=True)),
+            **({"descriptions": descriptions} if descriptions else {}),
         },
         "specimen": dict(specimen),
         "test": test,

@@ -79,7 +79,8 @@ class _Session:
         self._asks, self._tell = asks_for_stop, tell
         self.progress = RecordingProgress()
         # Its clock is the run's; every block tells how the two lie to each other.
-        self._leading = devices.acquisition[0].facts.name if devices.acquisition else ""
+        own = [one.facts.name for one in devices.acquisition if one.facts.clock == "device"]
+        self._leading = own[0] if own else ""
         self._anchored_s = -1.0
         self._said: dict[str, float] = {}
         self._asked = False
@@ -99,6 +100,12 @@ class _Session:
                 self._asked = False
                 self._say("stop-asked", f"{device.facts.name}: its stop output is set")
         self.progress.values = self._watch.values
+
+    def note_stamps(self) -> None:
+        """Keep how far the stamps of polled devices were off."""
+        for device in self._devices.acquisition:
+            if said := getattr(device, "stamp_note", ""):
+                self._recorder.event(self._clock.now_s(), "note", f"{device.facts.name}: {said}")
 
     def _take(self, block: SampleBlock) -> None:
         name = block.stream
@@ -185,6 +192,7 @@ def record_devices(
         clock.sleep(PASS_S)
     if recorder.failure is None:
         _take_the_rest(session, clock)
+        session.note_stamps()
     status, reason = "complete", ""
     if level is not StopLevel.NONE:
         reason = f"ended by {request.reason}"

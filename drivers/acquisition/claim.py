@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import socket
 import sys
 
@@ -33,7 +34,8 @@ def claim(device: str, name: str) -> socket.socket | None:
         return None
     held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        held.bind(f"\0bufferstand {device}")
+        # A name in this space has 107 bytes at most; an address may be longer.
+        held.bind(f"\0bufferstand {hashlib.sha256(device.encode()).hexdigest()}")
     except OSError:
         held.close()
         raise DeviceFault(

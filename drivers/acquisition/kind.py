@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from bufferstand.drivers.instruments import InstrumentSite, SampleRate, TcpAddress
+from bufferstand.drivers.instruments import InstrumentSite, SampleRate, SerialAddress, TcpAddress
 from bufferstand.drivers.interfaces import ClockReading, Sensor
+from bufferstand.drivers.modbus import Candidate
 from bufferstand.foundation.channels import Channel
 from bufferstand.foundation.settings import Settings
 
 
 class AcquisitionDevice(Sensor, Protocol):
-    """A device that samples many channels by a clock of its own, read in a thread of its own."""
+    """A device of many channels, read in a thread of its own: sampled by its own clock, or polled."""
 
     @property
     def identity(self) -> str:
@@ -47,6 +49,9 @@ class AcquisitionDevice(Sensor, Protocol):
 
 class AcquisitionSettings(Settings):
     """An entry ``[[acquisition]]`` of a stand file; a kind adds its own keys and narrows ``kind``."""
+
+    own_clock: ClassVar[bool] = True
+    """Whether the device stamps its samples by a clock of its own; else they are stamped by this computer."""
 
     kind: str
     rate_Hz: SampleRate
@@ -97,8 +102,27 @@ class AcquisitionKind(ABC, Generic[SettingsT]):
         return settings
 
     @abstractmethod
-    def wire(self, settings: SettingsT) -> TcpAddress:
-        """Return where it is reached."""
+    def wire(self, settings: SettingsT, folder: Path) -> TcpAddress | SerialAddress:
+        """Return where it is reached, relative paths from the stand file's folder."""
+
+    def candidates(self) -> Iterable[Candidate]:
+        """Return the devices of this kind that a foreign one on Modbus could be; none by default."""
+        return ()
+
+    def demand(self, settings: SettingsT, folder: Path) -> None:
+        """Refuse an entry that is in order by itself, but not with the files that it names.
+
+        Parameters
+        ----------
+        settings : AcquisitionSettings
+        folder : Path
+            Of the stand file.
+
+        Raises
+        ------
+        BadInput
+            Without a file: its place is a key of the entry, ``input.0.point``. With one: it is that file's.
+        """
 
 
 Kind = AcquisitionKind[Any]

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         Decoder,
         SerialAmplifier,
         StreamValue,
+        TellingDecoder,
         resync_text,
         with_saturation,
     )
@@ -33,6 +34,7 @@ __all__ = [
     "LineDecoder",
     "SerialAmplifier",
     "StreamValue",
+    "TellingDecoder",
     "decimal_counts",
     "resync_text",
     "with_saturation",

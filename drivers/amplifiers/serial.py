@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import serial
@@ -22,6 +23,8 @@ from bufferstand.foundation.channels import Channel, Plausibility, PlausibilityW
 STREAM = "amplifier"
 """What the samples of the only amplifier are called."""
 
+ANSWER_S = 0.1
+"""An answer is waited for so long before the next question [s of the wall]."""
 SILENCE_S = 1.0
 """Wall time without a value after which the amplifier counts as silent [s]."""
 _POLL_S = 0.01
@@ -60,6 +63,15 @@ class Decoder(Protocol):
 
     def feed(self, data: bytes) -> Sequence[StreamValue]:
         """Return the values that are certain by now."""
+        ...
+
+
+@runtime_checkable
+class TellingDecoder(Protocol):
+    """A decoder that also finds what the device says instead of a value: an overload, a refusal."""
+
+    def take_said(self) -> Sequence[str]:
+        """Get (and forget) what it has said since the last call, in words; it was heard, at any rate."""
         ...
 
 
@@ -170,6 +182,8 @@ class SerialAmplifier:
         self._sequence = 0
         self._resyncs = 0
         self._asked_s = float("-inf")
+        self._unanswered = 0
+        self._asked_wall_s = 0.0
         self._last_frame_s = 0.0
         self._silent = False
         self._failing = False
@@ -267,6 +281,7 @@ class SerialAmplifier:
         self._last_frame_s = self._clock.wall_s()
         self._bytes_since_frame = 0
         self._silent = False
+        self._unanswered = 0
         self._rate.reset()
         self._stamps.interrupt()
 
@@ -307,11 +322,15 @@ class SerialAmplifier:
         decoder = self._decoder
         assert decoder is not None
         self._ask(line)
-        data = line.port.read(max(1, line.port.in_waiting))
+        # While nothing is owed a wait for bytes would only make the next question late.
+        owed = not self._dialect.request or self._unanswered or line.port.in_waiting
+        data = line.port.read(max(1, line.port.in_waiting)) if owed else b""
         received_s = self._clock.now_s()
         self._bytes_since_frame += len(data)
         values = decoder.feed(data)
         self._report_resyncs(decoder)
+        if isinstance(decoder, TellingDecoder):
+            self._tell_said(decoder)
         if values:
             self._last_frame_s = self._clock.wall_s()
             self._bytes_since_frame = 0
@@ -329,14 +348,25 @@ class SerialAmplifier:
 
     def _ask(self, line: SerialLine) -> None:
         """Ask for the next value when it is due, where the amplifier does not send by itself."""
-        now_s = self._clock.now_s()
-        if self._dialect.request and now_s - self._asked_s >= 1.0 / self._rate_Hz:
-            self._asked_s = now_s
-            line.port.write(self._dialect.request)
+        now_s, period_s = self._clock.now_s(), 1.0 / self._rate_Hz
+        if not self._dialect.request or now_s - self._asked_s < period_s:
+            return
+        begun = self._decoder is not None and self._decoder.pending_frames > 0
+        if self._unanswered and (begun or self._clock.wall_s() - self._asked_wall_s < ANSWER_S):
+            return  # one question at a time: answers do not say which one they answer
+        first = math.isinf(self._asked_s)
+        turns = 1 if first else math.floor((now_s - self._asked_s) / period_s)
+        self._unanswered += turns  # those whose turn passed meanwhile are missing, too
+        self._asked_s = now_s if first else self._asked_s + turns * period_s
+        self._asked_wall_s = self._clock.wall_s()
+        line.port.write(self._dialect.request)
 
     def _take(self, values: Sequence[StreamValue], received_s: float) -> None:
         """Leave values as blocks, a new one behind each loss, and say what is wrong with them."""
         counts, losses = [value.count for value in values], [value.lost for value in values]
+        if self._dialect.request:  # questions that were not answered, and those whose answers were none
+            losses[0] = max(losses[0], (self._unanswered - len(values)) * bool(self._sequence))
+            self._unanswered = 0
         starts = [0] + [i for i in range(1, len(counts)) if losses[i]] + [len(counts)]
         behind = len(counts)
         wrong = dict(self._dialect.judge(values))
@@ -377,6 +407,13 @@ class SerialAmplifier:
             decoder.resyncs = 0
             self._resyncs += new
             self._fault(resync_text(self._resyncs))
+
+    def _tell_said(self, decoder: TellingDecoder) -> None:
+        said = decoder.take_said()
+        if said:  # it is there, whatever it says
+            self._last_frame_s = self._clock.wall_s()
+            self._bytes_since_frame = 0
+            self._tell({**dict.fromkeys(self._wrong, ""), **{text: text for text in said}})
 
     def _watch_silence(self) -> None:
         silent_s = self._clock.wall_s() - self._last_frame_s

@@ -55,12 +55,21 @@ class LineDecoder:
         Returns count and status of a line without its end, None if it holds no value.
     aligned : bool
         Whether the first byte is known to begin a line.
+    end : bytes
+        Last byte of a line; CR and LF around it are passed over.
     """
 
     undecided = False
 
-    def __init__(self, parse: Callable[[bytes], tuple[int, int] | None], *, aligned: bool = False) -> None:
+    def __init__(
+        self,
+        parse: Callable[[bytes], tuple[int, int] | None],
+        *,
+        aligned: bool = False,
+        end: bytes = b"\n",
+    ) -> None:
         self._parse = parse
+        self._end = end
         self._buffer = bytearray()
         self._aligned = aligned
         self._lost = 0
@@ -76,8 +85,8 @@ class LineDecoder:
         """Return the values of the lines that are whole by now."""
         self._buffer += data
         values: list[TextValue] = []
-        while (end := self._buffer.find(b"\n")) >= 0:
-            line = bytes(self._buffer[:end]).rstrip(b"\r")
+        while (end := self._buffer.find(self._end)) >= 0:
+            line = bytes(self._buffer[:end]).strip(b"\r\n")
             del self._buffer[: end + 1]
             self._take(line, values)
         if len(self._buffer) > _LONGEST:  # no line is that long: the rest of it is garbage, too

@@ -9,6 +9,10 @@ if TYPE_CHECKING:
         check_recording,
         check_stand,
     )
+    from bufferstand.drivers.check.foreign import (
+        known_devices,
+        probe,
+    )
     from bufferstand.drivers.check.rows import (
         CheckRow,
     )
@@ -23,6 +27,8 @@ __all__ = [
     "Verdict",
     "check_recording",
     "check_stand",
+    "known_devices",
+    "probe",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

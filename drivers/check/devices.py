@@ -369,6 +369,8 @@ def _reading_rows(
         return
     identity = getattr(sensor, "identity", "") or sensor.facts.device
     yield CheckRow(name, "identity", identity)
+    if stamps := getattr(sensor, "stamp_note", ""):
+        yield CheckRow(name, "time stamps", stamps)
     if watched:
         yield from _rate_rows(sensor, blocks)
     values = _mean_values(sensor.facts.channels, block)

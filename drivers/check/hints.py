@@ -11,7 +11,7 @@ from bufferstand.drivers.modbus import ModbusLink, ModbusRefusal, RtuWire, TcpWi
 from bufferstand.drivers.register_maps import IDENTITY
 from bufferstand.drivers.serial_line import is_held
 from bufferstand.drivers.stand_file import StandFile
-from bufferstand.foundation import DeviceFault
+from bufferstand.foundation import DeviceFault, WireLost
 
 UNITS = (1, 0, 255, 2, 3, 4, 5, 247)
 """Unit identifiers that are tried where the stand file's does not answer."""
@@ -33,7 +33,7 @@ def controller_hint(fault: DeviceFault, stand_file: StandFile) -> str:
         return ""
     gateway = isinstance(fault, ModbusRefusal) and fault.code in GATEWAY_CODES
     if not gateway and NO_REPLY not in text:
-        return ""
+        return "" if isinstance(fault, WireLost) else _what_would_fit(stand_file)
     return _who_answers(stand_file)
 
 
@@ -50,6 +50,14 @@ def port_hint(text: str) -> str:
     if is_held(text):
         return "another program holds this port: look with fuser, and end it"
     return ""
+
+
+def _what_would_fit(stand_file: StandFile) -> str:
+    """Return how to find out what a foreign device is: by reads of everything that is known."""
+    settings, line = stand_file.controller, stand_file.controller_serial()
+    where = f"{settings.host}:{settings.port}" if line is None else f"{line} --baud {settings.baud}"
+    command = f"bufferstand instruments --probe {where} --unit {settings.device_id}"
+    return f"{command} says which description would fit what it answers"
 
 
 def _who_answers(stand_file: StandFile) -> str:
@@ -72,7 +80,7 @@ def _who_answers(stand_file: StandFile) -> str:
             return f"it answers with {where}, by this profile: write that into the stand file"
         answered.append(where)
     if answered:
-        return f"something answers with {answered[0]}, but not by this profile"
+        return f"something answers with {answered[0]}, but not by this profile; {_what_would_fit(stand_file)}"
     settings = stand_file.controller
     tried = f"device_id {', '.join(str(unit) for unit in UNITS if unit != settings.device_id)}"
     if settings.serial:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bufferstand.drivers.modbus import ModbusLink, Wire
+from bufferstand.drivers.modbus import Candidate, ModbusLink, Wire
 from bufferstand.drivers.register_maps import Profile
 from bufferstand.foundation.settings import Settings
 
@@ -60,6 +60,10 @@ class ControllerKind(ABC):
     """Documents that it is made from, with edition and pages."""
     confirmed: ClassVar[bool]
     """Whether it was confirmed on hardware."""
+
+    def candidates(self) -> Iterable[Candidate]:
+        """Return the controllers of this kind that a foreign device could be; none by default."""
+        return ()
 
     @abstractmethod
     def link(self, settings: Any, site: ControllerSite) -> ModbusLink:

@@ -177,6 +177,11 @@ class SignalKind(InstrumentKind[SignalT]):
         del settings
         return None
 
+    def simulated_in(self, settings: SignalT, folder: Path) -> WireDevice | None:
+        """Return the same, where it is made by a file that lies relative to the stand file's folder."""
+        del folder
+        return self.simulated(settings)
+
     def unit(self, settings: SignalT) -> int:
         """Return the unit at which an instrument behind Modbus answers."""
         del settings

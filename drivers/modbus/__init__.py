@@ -5,10 +5,17 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.drivers.modbus.likeness import (
+        Candidate,
+        Found,
+        Likeness,
+        look_at,
+    )
     from bufferstand.drivers.modbus.link import (
         EXCEPTION_TEXTS,
         HURRY_S,
         LONGER,
+        BitTable,
         Exchange,
         ModbusLink,
         ModbusRefusal,
@@ -25,13 +32,18 @@ __all__ = [
     "EXCEPTION_TEXTS",
     "HURRY_S",
     "LONGER",
+    "BitTable",
+    "Candidate",
     "Exchange",
+    "Found",
+    "Likeness",
     "ModbusLink",
     "ModbusRefusal",
     "RtuWire",
     "Table",
     "TcpWire",
     "Wire",
+    "look_at",
     "with_quick_replies",
 ]
 

@@ -42,6 +42,8 @@ EXCEPTION_TEXTS = {
 
 Table = Literal["holding", "input"]
 """Where a register lies: holding registers (FC3, FC6, FC16, FC23) or input registers (FC4, read only)."""
+BitTable = Literal["coil", "discrete"]
+"""Where a bit lies: coils (FC1) or discrete inputs (FC2)."""
 
 Check = Callable[[Sequence[int]], str]
 """Says what is doubtful about registers that were read; empty where nothing is."""
@@ -243,6 +245,38 @@ class ModbusLink:
             lambda reply: _wrong_length(reply, count) or check(reply.registers),
         )
         return list(reply.registers)
+
+    def read_bits(self, address: int, count: int, what: str, *, table: BitTable) -> list[bool]:
+        """Get ``count`` bits (FC1 of coils, FC2 of discrete inputs).
+
+        Parameters
+        ----------
+        address, count
+            0-based wire address of the first bit, and how many.
+        what : str
+            What is asked for, for messages.
+        table : str
+            ``coil`` or ``discrete``.
+
+        Raises
+        ------
+        DeviceFault
+            If no true reply comes; ModbusRefusal if the device refuses.
+        """
+        function = 1 if table == "coil" else 2
+
+        def send(client: Client) -> ModbusPDU:
+            if function == 1:
+                return client.read_coils(address, count=count, device_id=self._device_id)
+            return client.read_discrete_inputs(address, count=count, device_id=self._device_id)
+
+        reply = self._ask(
+            f"reading {what} (FC{function}, {count} bits from {address})",
+            function,
+            send,
+            lambda reply: _wrong_bits(reply, count),
+        )
+        return [bool(bit) for bit in reply.bits[:count]]
 
     def write(self, address: int, values: Sequence[int], what: str, *, hurry: bool = False) -> None:
         """Set holding registers: FC6 for one, FC16 for several; the echo is checked.
@@ -572,6 +606,11 @@ def _waiting(client: Client, patience_s: float) -> Iterator[None]:
 def _wrong_length(reply: ModbusPDU, count: int) -> str:
     got = len(reply.registers)
     return "" if got == count else f"the reply has {got} registers instead of {count}"
+
+
+def _wrong_bits(reply: ModbusPDU, count: int) -> str:
+    got, whole = len(reply.bits), 8 * ((count + 7) // 8)  # a reply has whole bytes
+    return "" if got == whole else f"the reply has {got} bits instead of {whole}"
 
 
 def _wrong_echo(got: Sequence[int], wanted: Sequence[int]) -> str:

@@ -67,11 +67,11 @@ class SerialLine:
             answer += self.port.read(count - len(answer))
         return answer
 
-    def read_line(self, wait_s: float = QUIET_S) -> bytes:
-        """Get bytes up to and with a line feed, or what came within ``wait_s``."""
+    def read_line(self, wait_s: float = QUIET_S, end: bytes = b"\n") -> bytes:
+        """Get bytes up to and with the end of a line, or what came within ``wait_s``."""
         answer = b""
         deadline_s = self._clock.wall_s() + wait_s
-        while not answer.endswith(b"\n") and self._clock.wall_s() < deadline_s:
+        while not answer.endswith(end) and self._clock.wall_s() < deadline_s:
             answer += self.port.read(1)
         return answer
 

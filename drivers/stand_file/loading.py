@@ -23,7 +23,12 @@ def load_stand(path: Path) -> StandFile:
     stand_file = load_settings(path, StandFile)
     stand_file._path = path
     _demand_same_channels(stand_file, stand_file.profile(), read_text(path))
-    demand_stand_bounds(stand_file, stand_file.profile(), read_text(path))
+    try:
+        demand_stand_bounds(stand_file, stand_file.profile(), read_text(path))
+    except BadInput as error:
+        if error.file is not None:
+            raise
+        raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
     return stand_file
 
 

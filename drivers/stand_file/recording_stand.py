@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from bufferstand.drivers.acquisition import acquisition_kind_of
 from bufferstand.drivers.instruments import (
     Instrument,
     SensorEntry,
@@ -15,6 +16,7 @@ from bufferstand.drivers.instruments import (
     Travel,
 )
 from bufferstand.drivers.stand_file.instrument_lists import (
+    ACQUISITION,
     AcquisitionEntry,
     AmplifierEntry,
     OneOrMore,
@@ -63,7 +65,7 @@ class RecordingStand(Settings):
     stand: StandFacts
     limits: RecordingLimits = RecordingLimits()
     acquisition: Annotated[tuple[AcquisitionEntry, ...], OneOrMore()] = ()
-    """Devices of many channels with a clock of their own: a table, or a list of them."""
+    """Devices of many channels: a table, or a list of them."""
     amplifier: Annotated[tuple[AmplifierEntry, ...], OneOrMore()] = ()
     temperature: Annotated[tuple[TemperatureEntry, ...], OneOrMore()] = ()
     sensor: Annotated[tuple[OtherEntry, ...], OneOrMore()] = ()
@@ -84,7 +86,7 @@ class RecordingStand(Settings):
                     "calibration that gives it"
                 )
         self._demand_force_and_stroke(names)
-        if len(self.acquisition) > 1:
+        if sum(one.own_clock for one in self.acquisition) > 1:
             raise WrongKeyError(
                 "two devices with a clock of their own cannot be recorded in one run yet: their clocks drift "
                 "apart; put all channels on one of them",
@@ -177,4 +179,13 @@ def load_recording_stand(path: Path) -> RecordingStand:
         )
     stand = load_settings(path, RecordingStand)
     stand._path = path
+    for number, entry in enumerate(stand.acquisition):
+        try:
+            acquisition_kind_of(entry).demand(entry, stand.folder)
+        except BadInput as error:
+            if error.file is not None:
+                raise
+            keys = [int(part) if part.isdigit() else part for part in error.place.split(".") if part]
+            place = place_of((ACQUISITION, number, *keys), read_text(path))
+            raise BadInput(error.problem, file=path, place=place, remedy=error.remedy) from None
     return stand

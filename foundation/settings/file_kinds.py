@@ -12,6 +12,7 @@ KINDS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "SpecimenFile": ("a specimen file", ("specimen",)),
     "ModelFile": ("a spring model", ("model", "curves")),
     "ProfileFile": ("a register profile", ("profile", "register")),
+    "Description": ("a description of a Modbus device", ("source", "point")),
     "FaultFile": ("a file of faults", ("fault",)),
     "Inspection": ("an inspection", ("inspection", "item")),
     "LimitSet": ("a limit set", ("applies",)),

@@ -96,6 +96,10 @@ KEYS: dict[str, Table] = {
     "gsv2": {"port": "a", "gsv2": AMPLIFIERS["gsv2"]},
     "aed": {"port": "a", "aed": AMPLIFIERS["aed"]},
     "modbus": {"modbus": AMPLIFIERS["modbus"]},
+    "ascii-line": {
+        "port": "a",
+        "line": {"description": "mantracourt-dsc", "answers": {"station": "001", "decimals": 3}},
+    },
 }
 """… and that."""
 
@@ -137,7 +141,7 @@ def with_key(document: Table, path: tuple[str, ...], value: object) -> Table:
     document = copy.deepcopy(document)
     if path[0] in INSTRUMENTS and path[1:2] == ("[]",):
         kind = next((part.removeprefix("kind=") for part in path if part.startswith("kind=")), "modbus")
-        own = KEYS[kind] | ({"protocol": kind} if path[0] == "amplifier" else {})
+        own = KEYS[kind] | {"protocol" if path[0] == "amplifier" else "kind": kind}
         document[path[0]] = [copy.deepcopy(INSTRUMENTS[path[0]] | own)]
     names = [part for part in path if not part.startswith("kind=")]
     here: Any = document

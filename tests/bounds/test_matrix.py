@@ -243,5 +243,5 @@ def test_what_is_no_number_is_told_what_to_write(tmp_path: Path) -> None:
 def test_a_whole_number_beyond_any_float_is_no_traceback(tmp_path: Path) -> None:
     """A rate of 10**400 baud ended in an OverflowError: it was divided by before it was bounded."""
     cases = [case for case in CASES if case.key.name == "baud" and case.value == 10**400]
-    assert len(cases) == 5  # controller, three kinds of amplifiers, a sensor
+    assert len(cases) == 7  # controller, four kinds of amplifiers, two of sensors
     run_cases(cases, tmp_path)

@@ -24,11 +24,18 @@ from tests.drivers.conftest import SAMPLE_STAND
 
 W1 = 'kind = "w1"\nroot = "wires/w1/devices"\n'
 GSV2 = 'protocol = "gsv2"\nport = "wires/amplifier"\nbaud = 38400\nrate_Hz = 250.0\n'
+LINES = """protocol = "ascii-line"
+port = "wires/amplifier"
+baud = 38400
+rate_Hz = 50.0
+line = { description = "tecsis-eze30-sends", answers = { address = 1, decimals = 2 } }
+"""
 CHANGES: dict[str, tuple[tuple[str, str], ...]] = {
     "ring": (),
     "polling": (('profile = "ring"', 'profile = "polling"'),),
     "gsv2": (),
     "aed": ((GSV2, GSV2.replace("gsv2", "aed").replace("250.0", "100.0") + "aed = { output = 9 }\n"),),
+    "ascii-line": ((GSV2, LINES), ("7.885695443832332e-05", "0.01")),
     "ds2480b": ((W1, 'kind = "ds2480b"\nport = "wires/onewire"\n'),),
 }
 WIRES = {
@@ -36,6 +43,7 @@ WIRES = {
     "polling": "controller",
     "gsv2": "amplifier",
     "aed": "amplifier",
+    "ascii-line": "amplifier",
     "ds2480b": "onewire",
 }
 VALUES = 40
@@ -136,6 +144,7 @@ SESSIONS: dict[str, Callable[[StandFile], dict[str, Any]]] = {
     "polling": polling,
     "gsv2": amplifier,
     "aed": amplifier,
+    "ascii-line": amplifier,
     "ds2480b": ds2480b,
 }
 

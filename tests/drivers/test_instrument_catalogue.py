@@ -61,7 +61,7 @@ def test_our_kinds_are_there_and_each_is_a_folder() -> None:
         ("sensor", "modbus"),
     }
     for kind in SIGNALS:
-        folder = ROOT / "drivers" / "amplifiers" / kind.name
+        folder = ROOT / "drivers" / "amplifiers" / kind.name.replace("-", "_")
         assert {file.stem for file in folder.glob("*.py")} >= {"__init__", "kind", "settings", "amplifier"}
 
 
@@ -76,6 +76,8 @@ def test_a_kind_says_what_it_is_and_how_it_is_reached(kind: SignalKind[Any], tmp
     }
     entry |= {"range_kN": 600.0} if kind.table == "amplifier" else {}
     entry |= {"modbus": {"map": "dms-float"}} if kind.name == "modbus" else {}
+    if kind.name == "ascii-line":
+        entry |= {"line": {"description": "mantracourt-dsc", "answers": {"station": "001", "decimals": 3}}}
     settings = kind.settings.model_validate(entry)
     assert kind_of(settings) is kind
     form = kind.form(settings, tmp_path)

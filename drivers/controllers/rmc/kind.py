@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from bufferstand.drivers.controllers.kind import ControllerKind, ControllerSite
+from bufferstand.drivers.controllers.rmc.addresses import MODELS, PRODUCT
 from bufferstand.drivers.controllers.rmc.link import RmcLink
 from bufferstand.drivers.controllers.rmc.motions import MotionBounds
 from bufferstand.drivers.controllers.rmc.settings import RmcSettings
-from bufferstand.drivers.modbus import ModbusLink
+from bufferstand.drivers.modbus import Candidate, Likeness, ModbusLink
+from bufferstand.drivers.register_maps import decode_value
 
 
 class RmcKind(ControllerKind):
@@ -40,6 +43,22 @@ class RmcKind(ControllerKind):
             device_id=site.device_id,
             timeout_s=site.timeout_s,
         )
+
+    def candidates(self) -> Iterator[Candidate]:
+        """Yield one: what its product register holds tells the models apart."""
+        yield Candidate("controller", self.name, self.title, _likeness)
+
+
+def _likeness(link: ModbusLink) -> Likeness:
+    """Look at %MD7.0, the product (User Manual p. 1110), in either word order."""
+    words = link.read(PRODUCT.wire, 2, "product")
+    known = {float(one.product): one.name for one in MODELS.values() if one.product is not None}
+    for order in ("big", "little"):
+        shown = float(decode_value(words, "f32", order))
+        if shown in known:
+            return Likeness("fits", f"{PRODUCT} says {known[shown]}, word_order = “{order}”")
+    raw = " ".join(f"0x{one:04X}" for one in words)
+    return Likeness("does not fit", f"{PRODUCT} holds {raw}, the product of no RMC that is known here")
 
 
 KIND = RmcKind()

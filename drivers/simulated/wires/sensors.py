@@ -152,7 +152,7 @@ class SensorWires:
     ) -> InstrumentPty:
         """Open the serial line of an instrument."""
         device, place = self._device, f"{one.kind.table}.port"
-        wire, end = one.wire(), one.kind.simulated(one.settings)
+        wire, end = one.wire(), one.kind.simulated_in(one.settings, one.folder)
         if end is None or not isinstance(wire, SerialAddress):
             raise BadInput(
                 f"an instrument of kind “{one.kind.name}” has no simulated one on a serial line",

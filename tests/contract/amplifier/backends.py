@@ -15,7 +15,7 @@ from bufferstand.drivers.amplifiers.aed.simulated import AedDevice
 from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier
 from bufferstand.drivers.amplifiers.gsv2.simulated import FULL_SCALE, Gsv2Device
 from bufferstand.drivers.connect_sensors import build_sensors
-from bufferstand.drivers.instruments.catalogue import Kind, kinds
+from bufferstand.drivers.instruments.catalogue import Kind, kind_of, kinds
 from bufferstand.drivers.interfaces import Sensor
 from bufferstand.drivers.register_maps.amplifier_map import load_amplifier_map
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
@@ -25,6 +25,24 @@ from bufferstand.foundation.clock import WallClock
 from tests.drivers.amplifiers import FarEnd, RegisterAmplifier, amplifier_settings
 from tests.drivers.conftest import SAMPLE_STAND
 
+LINES = """
+id = "lines"
+edition = 1
+title = "an amplifier that speaks lines"
+end = "\\r\\n"
+start = "G"
+stop = "H"
+reply = 'V(?P<value>[+-][0-9.]+)'
+example = "V+1234567"
+decimals = 0
+digits = 8
+overload = [{ text = "V OL", what = "its input is overdriven; look at transducer, cable and range" }]
+
+[[source]]
+document = "made up for this test"
+edition = "1"
+place = "here"
+"""
 LIMITS = "plausible = { overload = 640.0 }"
 
 
@@ -150,6 +168,32 @@ class OfKind:
         self._far.close()
 
 
+class SpeakingLines:
+    """A simulated amplifier that speaks lines by a laboratory's own description, and its driver."""
+
+    def __init__(self, folder: Path) -> None:
+        (folder / "lines.toml").write_text(LINES, encoding="utf-8")
+        settings = amplifier_settings(
+            folder,
+            'protocol = "ascii-line"\nport = "wire"\nbaud = 38400\nrate_Hz = 50.0\nrange_kN = 630.0\n'
+            'line = { description = "lines.toml" }\n',
+            extra=LIMITS,
+        )
+        device = kind_of(settings).simulated_in(settings, folder)
+        assert device is not None
+        self._far = FarEnd(folder / "wire", device)
+        self.sensor = build_sensors(load_stand(folder / "stand.toml"), WallClock())[0]
+
+    def give(self, *counts: int) -> None:
+        self._far.give(*counts)
+
+    def saturate(self) -> None:
+        self._far.give(0, overload=True)
+
+    def close(self) -> None:
+        self._far.close()
+
+
 BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "in-process": InProcess,
     "gsv2-5-bytes": lambda folder: OnPty(folder, "gsv2", ""),
@@ -157,8 +201,9 @@ BACKENDS: dict[str, Callable[[Path], Backend]] = {
     "aed-text": lambda folder: OnPty(folder, "aed", "aed = { output = 9 }"),
     "modbus-tcp": lambda folder: OverModbus(folder, line=False),
     "modbus-rtu": lambda folder: OverModbus(folder, line=True),
+    "ascii-line": SpeakingLines,
 }
-OURS = {"gsv2", "aed", "modbus"}
+OURS = {"gsv2", "aed", "modbus", "ascii-line"}
 BACKENDS |= {
     kind.name: partial(OfKind, kind=kind)
     for kind in kinds()
