@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
@@ -66,3 +67,50 @@ def reference_stand(folder: Path, words: Sequence[str | Path], profile: str = "r
             process.send_signal(signal.SIGTERM)
             process.wait(60)
     assert (process.returncode, said.read_text()) == (0, ""), "a sanitizer, or the controller, complains"
+
+
+IN_ST = EXAMPLES / "controller_st"
+PLC_RUNTIME = Path(__file__).parent / "plc_runtime"
+ST_FILES = ("types", "words", "crc32", "ring", "motions", "commands", "lock", "controller", "main")
+"""In the order in which a compiler that reads one file wants them."""
+PLC_PROFILE = IN_ST / "ring-plc.toml"
+
+
+def st_program() -> str:
+    """Get the whole ST program as one text."""
+    return "\n".join((IN_ST / f"{name}.st").read_text(encoding="utf-8") for name in ST_FILES)
+
+
+def _link_plc(folder: Path, sources: Sequence[Path], *flags: str | Path) -> Path:
+    """Link a program that became C with the runtime, the server and the machine of the controller in C."""
+    program = folder / "plc"
+    parts = [PLC_RUNTIME / "runtime.c", IN_C / "server.c", IN_C / "hal_simulated.c", *sources]
+    words = ["gcc", "-std=gnu11", "-O2", *flags, f"-I{IN_C}", f"-I{PLC_RUNTIME}", f"-I{folder}", "-o", program]
+    subprocess.run([*map(str, [*words, *parts]), *modbus_flags(), "-lm", "-lpthread"], check=True)
+    return program
+
+
+def build_plc_by_matiec(folder: Path) -> Path:
+    """Build the reference PLC program by matiec; skip, loudly, where there is none.
+
+    No package registry has it: built from its sources, ``iec2c`` is to be on the PATH, or named by
+    ``BUFFERSTAND_IEC2C``; its ``lib`` lies beside it.
+    """
+    modbus_flags()
+    compiler = os.environ.get("BUFFERSTAND_IEC2C") or shutil.which("iec2c")
+    if compiler is None:
+        pytest.skip(
+            "NOT TESTED: the reference PLC program by matiec, since there is no iec2c: put it on the PATH, or "
+            "name it by BUFFERSTAND_IEC2C (by the translator of tests/peers/structured_text it is tested)"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "program.st").write_text(st_program(), encoding="utf-8")
+    library = Path(compiler).resolve().parent / "lib"
+    subprocess.run(
+        [compiler, "-I", library, "-T", folder, folder / "program.st"], check=True, capture_output=True
+    )
+    made = [folder / "STAND.c", folder / "PLC.c", PLC_RUNTIME / "by_matiec.c"]
+    return _link_plc(folder, made, "-w", f"-I{library / 'C'}")  # what it makes is full of warnings
+
+
+BUILD_PLC = {"matiec": build_plc_by_matiec}

@@ -31,6 +31,7 @@ SPEED = 20.0
         "RMC over TCP",
         "RMC of another author",
         "reference in C",
+        "PLC program by matiec",
         pytest.param("polled over RTU", marks=pytest.mark.long),
         pytest.param("hardware", marks=pytest.mark.hardware),
     ],
@@ -45,6 +46,9 @@ def opened(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
             yield bench
     elif request.param == "reference in C":
         with backends.reference_in_c(folder) as bench:
+            yield bench
+    elif request.param.startswith("PLC program by "):
+        with backends.plc_program(folder, request.param.removeprefix("PLC program by ")) as bench:
             yield bench
     elif request.param == "hardware":
         options, capture = request.config, request.config.pluginmanager.getplugin("capturemanager")
