@@ -265,7 +265,7 @@ class RingController(RegisterController):
         One that never answers what was asked is given back as it is, to be doubted.
         """
         link, ring = self._link, self._profile.ring
-        if link.exchanges or link.mixes_up_replies:
+        if not link.may_answer_early:
             return registers
         end_s = self._clock.wall_s() + self._panel.timeout_s
         while not reader.is_answered(pack(registers)) and self._clock.wall_s() < end_s:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.peers.controllers import Case, stand_text
+from tests.peers.structured_text import parse, translate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 IN_C = EXAMPLES / "controller_c"
@@ -113,4 +114,12 @@ def build_plc_by_matiec(folder: Path) -> Path:
     return _link_plc(folder, made, "-w", f"-I{library / 'C'}")  # what it makes is full of warnings
 
 
-BUILD_PLC = {"matiec": build_plc_by_matiec}
+def build_plc_by_translator(folder: Path, *flags: str) -> Path:
+    """Build the reference PLC program by our own translator, with warnings as errors and sanitizers."""
+    modbus_flags()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "program.c").write_text(translate(parse(st_program())), encoding="utf-8")
+    return _link_plc(folder, [PLC_RUNTIME / "by_translator.c"], *STRICT, *(flags or SANITIZED))
+
+
+BUILD_PLC = {"matiec": build_plc_by_matiec, "our translator": build_plc_by_translator}
