@@ -1,4 +1,4 @@
-"""A PLC's own Modbus server answers from registers that the program looks at once a scan: nothing is lost by it."""
+"""A PLC's own Modbus server answers from registers that the program looks at once a scan; nothing is lost."""
 
 from __future__ import annotations
 

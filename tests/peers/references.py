@@ -1,4 +1,4 @@
-"""The reference controllers of ``examples``: built with every warning and sanitizer, and run as processes."""
+"""The reference controllers of ``sample_runs/controllers``: built with every warning and sanitizer, and run as processes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.peers.controllers import Case, stand_text
+from bufferstand.cli.samples import copy_samples
+
 from tests.peers.structured_text import parse, translate
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-IN_C = EXAMPLES / "controller_c"
+CONTROLLERS = Path(__file__).parents[2] / "sample_runs" / "controllers"
+IN_C, IN_ST = CONTROLLERS / "c", CONTROLLERS / "st"
 STRICT = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror")
 SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer")
 
@@ -46,9 +47,19 @@ def build_reference(folder: Path, *flags: str) -> Path:
 
 
 @contextmanager
-def reference_stand(folder: Path, words: Sequence[str | Path], profile: str = "ring") -> Iterator[Path]:
-    """Run a reference controller; give the stand file beside it. It must end well, and say nothing then."""
-    folder.mkdir(parents=True, exist_ok=True)
+def reference_stand(folder: Path, words: Sequence[str | Path], origin: Path = IN_C) -> Iterator[Path]:
+    """Run a reference controller beside a copy of the samples; give its stand file. It must end well, and in silence.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the samples are copied to, as ``bufferstand samples`` does.
+    words : sequence of str or Path
+        What runs it.
+    origin : Path
+        The samples' folder of it.
+    """
+    copy_samples(folder / "samples")
     said = folder / "said.txt"
     with (
         said.open("w") as errors,
@@ -60,9 +71,10 @@ def reference_stand(folder: Path, words: Sequence[str | Path], profile: str = "r
             assert process.stdout is not None
             word, port = process.stdout.readline().split()
             assert word == "ready"
-            address = f'host = "127.0.0.1"\nport = {port}'
-            path = folder / "stand.toml"
-            path.write_text(stand_text(Case("c"), profile, address), encoding="utf-8")
+            path = folder / "samples" / "controllers" / origin.name / "stand.toml"
+            text = path.read_text(encoding="utf-8")
+            assert "port = 1502\n" in text
+            path.write_text(text.replace("port = 1502\n", f"port = {port}\n"), encoding="utf-8")
             yield path
         finally:
             process.send_signal(signal.SIGTERM)
@@ -70,11 +82,9 @@ def reference_stand(folder: Path, words: Sequence[str | Path], profile: str = "r
     assert (process.returncode, said.read_text()) == (0, ""), "a sanitizer, or the controller, complains"
 
 
-IN_ST = EXAMPLES / "controller_st"
 PLC_RUNTIME = Path(__file__).parent / "plc_runtime"
 ST_FILES = ("types", "words", "crc32", "ring", "motions", "commands", "lock", "controller", "main")
 """In the order in which a compiler that reads one file wants them."""
-PLC_PROFILE = IN_ST / "ring-plc.toml"
 
 
 def st_program() -> str:
@@ -86,7 +96,17 @@ def _link_plc(folder: Path, sources: Sequence[Path], *flags: str | Path) -> Path
     """Link a program that became C with the runtime, the server and the machine of the controller in C."""
     program = folder / "plc"
     parts = [PLC_RUNTIME / "runtime.c", IN_C / "server.c", IN_C / "hal_simulated.c", *sources]
-    words = ["gcc", "-std=gnu11", "-O2", *flags, f"-I{IN_C}", f"-I{PLC_RUNTIME}", f"-I{folder}", "-o", program]
+    words = [
+        "gcc",
+        "-std=gnu11",
+        "-O2",
+        *flags,
+        f"-I{IN_C}",
+        f"-I{PLC_RUNTIME}",
+        f"-I{folder}",
+        "-o",
+        program,
+    ]
     subprocess.run([*map(str, [*words, *parts]), *modbus_flags(), "-lm", "-lpthread"], check=True)
     return program
 

@@ -1,4 +1,4 @@
-"""The reference controllers of ``examples``, in C and in Structured Text: a campaign, a kill, faults, a bad wire.
+"""The reference controllers of ``sample_runs/controllers``, in C and in Structured Text: a campaign, a kill, faults, a bad wire.
 
 The contract of a controller is tried on them in ``tests/contract/controller``.
 """
@@ -25,11 +25,11 @@ from bufferstand.foundation.errors import DeviceFault, WireLost
 from bufferstand.foundation.motions import Harmonic, RampTo
 from tests.contract.controller.backends import Bench
 from tests.drivers.noisy import Noise, noisy_tcp
-from tests.peers.campaigns import armed, bufferstand, command, write_campaign
+from tests.peers.campaigns import armed, bufferstand, command
 from tests.peers.references import (
     BUILD_PLC,
     IN_C,
-    PLC_PROFILE,
+    IN_ST,
     build_plc_by_translator,
     build_reference,
     reference_stand,
@@ -69,8 +69,7 @@ def programs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Path]]:
 
 @contextmanager
 def running(kind: str, programs: dict[str, list[Path]], folder: Path) -> Iterator[ReferenceStand]:
-    profile = "ring" if kind == "C" else str(PLC_PROFILE)
-    with reference_stand(folder, programs[kind], profile) as path:
+    with reference_stand(folder, programs[kind], IN_C if kind == "C" else IN_ST) as path:
         yield ReferenceStand(path)
 
 
@@ -108,7 +107,7 @@ def test_a_campaign_runs_is_evaluated_and_reported(
         programs = {kind: [BUILD_PLC[kind](tmp_path / "built")]}
     out = tmp_path / "out"
     with running(kind, programs, tmp_path) as stand:
-        done = bufferstand("run", write_campaign(tmp_path), "--out", out, *armed("run"))
+        done = bufferstand("run", stand.path.parent / "try.toml", "--out", out, *armed("run"))
         assert done.returncode == 0, done.stdout + done.stderr
         with stand.bench() as bench:
             status = bench.controller.status()
@@ -139,7 +138,10 @@ def test_a_killed_campaign_is_released_by_the_controller_and_resumed(
 ) -> None:
     out = tmp_path / "out"
     with running(kind, programs, tmp_path) as stand, stand.bench() as bench:
-        words = command("run", write_campaign(tmp_path, cycles=20), "--out", out, *armed("run"))
+        campaign_file = stand.path.parent / "try.toml"
+        text = campaign_file.read_text(encoding="utf-8")
+        campaign_file.write_text(text.replace("cycles = 6", "cycles = 30"), encoding="utf-8")
+        words = command("run", campaign_file, "--out", out, *armed("run"))
         with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as campaign:
             seen = bench.controller.status
             while not ((now := seen()).state is MotionState.WAVEFORM and now.cycles_done >= 2):
@@ -230,7 +232,7 @@ def test_a_lossy_wire_costs_no_sample_and_no_cycle(
         port = int(re.findall(r"^port = (\d+)$", text, re.MULTILINE)[0])
         noise = Lossy(seed=21, share=0.0, delay_s=0.4)
         with noisy_tcp(port, noise) as between:
-            path = tmp_path / "lossy.toml"
+            path = stand.path.with_name("lossy.toml")
             path.write_text(text.replace(f"port = {port}", f"port = {between}"), encoding="utf-8")
             with stand.bench(path) as bench:
                 bench.enable()
@@ -265,9 +267,7 @@ def test_a_lossy_wire_costs_no_sample_and_no_cycle(
     "words", [["--port", "x"], ["--port", "70000"], ["--unit", "-1"], ["--porrt", "1"], ["more"]]
 )
 def test_mistyped_words_end_in_one_message(words: list[str], programs: dict[str, list[Path]]) -> None:
-    done = subprocess.run(
-        [programs["C"][0], *words], capture_output=True, text=True, check=False, timeout=60
-    )
+    done = subprocess.run([programs["C"][0], *words], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 2
     assert done.stdout == ""
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr

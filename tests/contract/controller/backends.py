@@ -23,7 +23,7 @@ from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 from tests.many_channels import stand_with
 from tests.peers.delta_rmc import SpecimenFacts
-from tests.peers.references import BUILD_PLC, PLC_PROFILE, build_reference, reference_stand
+from tests.peers.references import BUILD_PLC, IN_ST, build_reference, reference_stand
 from tests.peers.rmc_stand import rmc_stand
 
 BOUNDS = Bounds()
@@ -186,7 +186,7 @@ def reference_in_c(folder: Path) -> Iterator[Bench]:
 @contextmanager
 def plc_program(folder: Path, by: str) -> Iterator[Bench]:
     """The PLC program that laboratories start from, behind a Modbus server that knows nothing of it."""
-    with reference_stand(folder, [BUILD_PLC[by](folder / "built")], str(PLC_PROFILE)) as path:
+    with reference_stand(folder, [BUILD_PLC[by](folder / "built")], IN_ST) as path:
         yield from _reached(path)
 
 
