@@ -1,4 +1,4 @@
-"""The reference controllers of ``sample_runs/controllers``: built with every warning and sanitizer, and run as processes."""
+"""The reference controllers of ``sample_runs/controllers``, built with sanitizers and run as processes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 
 from bufferstand.cli.samples import copy_samples
-
 from tests.peers.structured_text import parse, translate
 
 CONTROLLERS = Path(__file__).parents[2] / "sample_runs" / "controllers"
@@ -48,7 +47,7 @@ def build_reference(folder: Path, *flags: str) -> Path:
 
 @contextmanager
 def reference_stand(folder: Path, words: Sequence[str | Path], origin: Path = IN_C) -> Iterator[Path]:
-    """Run a reference controller beside a copy of the samples; give its stand file. It must end well, and in silence.
+    """Run a reference controller beside a copy of the samples; give its stand file. It must end in silence.
 
     Parameters
     ----------
@@ -96,17 +95,8 @@ def _link_plc(folder: Path, sources: Sequence[Path], *flags: str | Path) -> Path
     """Link a program that became C with the runtime, the server and the machine of the controller in C."""
     program = folder / "plc"
     parts = [PLC_RUNTIME / "runtime.c", IN_C / "server.c", IN_C / "hal_simulated.c", *sources]
-    words = [
-        "gcc",
-        "-std=gnu11",
-        "-O2",
-        *flags,
-        f"-I{IN_C}",
-        f"-I{PLC_RUNTIME}",
-        f"-I{folder}",
-        "-o",
-        program,
-    ]
+    places = [f"-I{place}" for place in (IN_C, PLC_RUNTIME, folder)]
+    words = ["gcc", "-std=gnu11", "-O2", *flags, *places, "-o", program]
     subprocess.run([*map(str, [*words, *parts]), *modbus_flags(), "-lm", "-lpthread"], check=True)
     return program
 
@@ -121,8 +111,8 @@ def build_plc_by_matiec(folder: Path) -> Path:
     compiler = os.environ.get("BUFFERSTAND_IEC2C") or shutil.which("iec2c")
     if compiler is None:
         pytest.skip(
-            "NOT TESTED: the reference PLC program by matiec, since there is no iec2c: put it on the PATH, or "
-            "name it by BUFFERSTAND_IEC2C (by the translator of tests/peers/structured_text it is tested)"
+            "NOT TESTED: the reference PLC program by matiec, since there is no iec2c: put it on the PATH, "
+            "or name it by BUFFERSTAND_IEC2C (by the translator of tests/peers/structured_text it is tested)"
         )
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "program.st").write_text(st_program(), encoding="utf-8")

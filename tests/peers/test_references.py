@@ -1,4 +1,4 @@
-"""The reference controllers of ``sample_runs/controllers``, in C and in Structured Text: a campaign, a kill, faults, a bad wire.
+"""The reference controllers, in C and in Structured Text: a campaign, a kill, faults, a bad wire.
 
 The contract of a controller is tried on them in ``tests/contract/controller``.
 """
@@ -82,8 +82,8 @@ def plant_facts() -> dict[str, float]:
 def damping_of(facts: dict[str, float], low_mm: float, high_mm: float) -> float:
     """Return absorbed over stored energy of the law F = E(x) (1 + MU z) between two strokes.
 
-    The friction z follows dz/dx = (1 - z sgn dx) / l; in a steady cycle it starts each way with what the other way
-    left.
+    The friction z follows dz/dx = (1 - z sgn dx) / l; in a steady cycle it starts each way with what the
+    other way left.
     """
     x = np.linspace(low_mm, high_mm, 20001)
     elastic = facts["PRELOAD_KN"] * np.minimum(x / facts["PRELOAD_WITHIN_MM"], 1.0)

@@ -1,16 +1,19 @@
-"""Structured Text as a tree: declarations, statements, expressions. IEC 61131-3:2013, 2nd edition's part of it."""
+"""Structured Text (IEC 61131-3, 2nd edition's part) as a tree: declarations, statements, expressions."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
 
-KEYWORDS = set(
-    "TYPE END_TYPE STRUCT END_STRUCT ARRAY OF FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK PROGRAM "
-    "END_PROGRAM VAR VAR_INPUT VAR_OUTPUT VAR_EXTERNAL VAR_GLOBAL CONSTANT END_VAR IF THEN ELSIF ELSE END_IF CASE "
-    "END_CASE FOR TO BY DO END_FOR WHILE END_WHILE AND OR XOR NOT MOD TRUE FALSE CONFIGURATION END_CONFIGURATION "
-    "RESOURCE ON END_RESOURCE TASK WITH RETURN EXIT AT FROM DT DATE TIME STEP ACTION".split()
-)
+_WORDS = """
+TYPE END_TYPE STRUCT END_STRUCT ARRAY OF FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK
+PROGRAM END_PROGRAM CONFIGURATION END_CONFIGURATION RESOURCE ON END_RESOURCE TASK WITH
+VAR VAR_INPUT VAR_OUTPUT VAR_EXTERNAL VAR_GLOBAL CONSTANT END_VAR
+IF THEN ELSIF ELSE END_IF CASE END_CASE FOR TO BY DO END_FOR WHILE END_WHILE RETURN EXIT
+AND OR XOR NOT MOD TRUE FALSE AT FROM DT DATE TIME STEP ACTION
+"""
+KEYWORDS = frozenset(_WORDS.split())
+"""Words that are no names."""
 _TOKEN = re.compile(
     r"(?P<skip>\s+|\(\*.*?\*\))"
     r"|(?P<typed>[A-Za-z]\w*\#(?:16\#)?[0-9A-Fa-f_]+(?:ms|s)?)"
@@ -20,7 +23,7 @@ _TOKEN = re.compile(
 )
 
 
-class SyntaxFault(ValueError):
+class SyntaxFault(ValueError):  # noqa: N818 - it names the fact
     """Text that is not of the part of the language that is known here."""
 
 
@@ -37,7 +40,8 @@ class Token:
 class Expression:
     """An operator or a leaf, with its operands.
 
-    ``kind``: int, real, typed, bool, name, member, index, call, unary, binary; ``names`` of a call's parameters.
+    ``kind``: int, real, typed, bool, name, member, index, call, unary, binary; ``names`` are of a call's
+    parameters.
     """
 
     kind: str
@@ -82,7 +86,7 @@ class Unit:
 
 @dataclass
 class Source:
-    """Everything that a text declares: its types as lists of members, an array as one member without a name."""
+    """All that a text declares: types as lists of members, an array type as one member of its own name."""
 
     types: dict[str, list[Variable]] = field(default_factory=dict)
     units: list[Unit] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""C from Structured Text: each function block a struct and a function, each number held against its type's range."""
+"""C from Structured Text: a function block is a struct and a function; numbers are held to their types."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NUMBERS = ("INT", "UINT", "DINT", "UDINT", "LREAL")
 BITS = ("BOOL", "WORD", "DWORD")
 ANY = "a number"
 """The type of a literal that has none of its own."""
-SIGNS = {"=": "==", "<>": "!=", "MOD": "%"}
+SIGNS = {"=": "==", "<>": "!=", "MOD": "%", "AND": "&", "OR": "|", "XOR": "^"}
 
 PRELUDE = """/* Made from Structured Text by tests/peers/structured_text. */
 #include <math.h>
@@ -40,7 +40,8 @@ PRELUDE = """/* Made from Structured Text by tests/peers/structured_text. */
 static int64_t within(int64_t number, int64_t low, int64_t high, int line)
 {
     if (number < low || number > high) {
-        fprintf(stderr, "line %d: %lld lies outside %lld ... %lld\\n", line, (long long)number, (long long)low, (long long)high);
+        fprintf(stderr, "line %d: %lld lies outside %lld ... %lld\\n", line, (long long)number,
+                (long long)low, (long long)high);
         abort();
     }
     return number;
@@ -49,7 +50,7 @@ static int64_t within(int64_t number, int64_t low, int64_t high, int line)
 
 
 def translate(source: Source) -> str:
-    """Get the C text of a program: its globals are called ``plc_NAME``, ``plc_init`` and ``plc_run`` are its face.
+    """Get the C text of a program: globals are ``plc_NAME``, its face is ``plc_init`` and ``plc_run``.
 
     Raises
     ------
@@ -114,9 +115,11 @@ class _Writer:
                 first += f"    init_{variable.type}(&self->{variable.name});\n"
             elif variable.initial is not None:
                 first += f"    self->{variable.name} = {self._as(variable.initial, variable.type)};\n"
+        name, body = unit.name, self._block(unit.body)
         return (
-            f"\ntypedef struct {{\n{inside}}} {unit.name};\n\nstatic void init_{unit.name}({unit.name} *self)\n"
-            f"{{\n{first}}}\n\nstatic void run_{unit.name}({unit.name} *self)\n{{\n{self._block(unit.body)}}}\n"
+            f"\ntypedef struct {{\n{inside}}} {name};\n"
+            f"\nstatic void init_{name}({name} *self)\n{{\n{first}}}\n"
+            f"\nstatic void run_{name}({name} *self)\n{{\n{body}}}\n"
         )
 
     def _external(self, unit: Unit) -> dict[str, tuple[str, Variable]]:
@@ -138,10 +141,8 @@ class _Writer:
         self._names = {v.name: (f"v_{v.name}", v) for v in [*unit.variables, result]}
         head = ", ".join(self._declared(variable, "v_") for variable in inputs)
         first = "".join(f"    {self._declared(variable, 'v_')} = 0;\n" for variable in [*inner, result])
-        return (
-            f"\nstatic {self._c_type(unit.result)} call_{unit.name}({head})\n{{\n{first}{self._block(unit.body)}"
-            f"    return v_{unit.name};\n}}\n"
-        )
+        kind, body = self._c_type(unit.result), self._block(unit.body)
+        return f"\nstatic {kind} call_{unit.name}({head})\n{{\n{first}{body}    return v_{unit.name};\n}}\n"
 
     # --- statements ---------------------------------------------------------------------------------
 
@@ -223,7 +224,7 @@ class _Writer:
             raise SyntaxFault(f"line {place.line}: {place.text} is not declared")
         return self._names[place.text]
 
-    def _value(self, e: Expression) -> tuple[str, str]:
+    def _value(self, e: Expression) -> tuple[str, str]:  # noqa: PLR0911 - one for each kind
         match e.kind:
             case "int":
                 return e.text, ANY
@@ -326,7 +327,7 @@ class _Writer:
         if sign in ("AND", "OR", "XOR"):
             if its_type not in BITS:
                 raise SyntaxFault(f"line {e.line}: {sign} does not go with {its_type}")
-            return f"({C_TYPES[its_type]})({left} {dict(AND='&', OR='|', XOR='^')[sign]} {right})", its_type
+            return f"({C_TYPES[its_type]})({left} {SIGNS[sign]} {right})", its_type
         if its_type not in NUMBERS:
             raise SyntaxFault(f"line {e.line}: {sign} does not go with {its_type}")
         if its_type == "LREAL":
