@@ -263,6 +263,7 @@ def test_a_lossy_wire_costs_no_sample_and_no_cycle(
         assert min(noise.done[kind] for kind in ("drop", "delay", "double")) > 0, noise.done
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words", [["--port", "x"], ["--port", "70000"], ["--unit", "-1"], ["--porrt", "1"], ["more"]]
 )
