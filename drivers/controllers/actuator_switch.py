@@ -90,6 +90,7 @@ class ActuatorSwitch:
         self._lock.claim_anew()
         panel.set("watchdog_time", watchdog_ms)
         panel.link.write(self._limits.address, limits, "limits")
+        panel.let_it_look()  # it may put back what is more than it can
         panel.demand_kept(
             "watchdog_time", "watchdog_time", panel.profile.encode("watchdog_time", watchdog_ms)
         )

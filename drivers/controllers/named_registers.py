@@ -206,6 +206,27 @@ class NamedRegisters:
             self.between()
         return values
 
+    def let_it_look(self) -> None:
+        """Wait until a controller that looks at its registers once a scan has seen what was written.
+
+        Its heart has beaten twice then: the first beat may be of a scan that had begun before. Nothing is
+        waited for where it answers at once, and not for longer than a command.
+
+        Raises
+        ------
+        DeviceFault
+            If the wire fails.
+        """
+        if not self.link.may_answer_early:
+            return
+        beats = {int(self.persist(self.read_status)["heartbeat"])}
+
+        def beaten_twice(seen: dict[str, Any]) -> bool:
+            beats.add(int(seen["heartbeat"]))
+            return len(beats) > 2
+
+        self.wait(beaten_twice, self.timeout_s)
+
     def wait_for_word(self, reached: Callable[[int], bool], timeout_s: float) -> bool:
         """Wait for a status word; return whether it came within ``timeout_s``.
 

@@ -166,6 +166,11 @@ class RingReader:
         first, lost = self._place(int(header["first_sequence"]), rows)
         return RingWindow(first, rows, lost, int(header["overruns"]), samples)
 
+    def is_answered(self, packed: bytes) -> bool:
+        """Return whether a window repeats the number that is asked for, or the profile has it not."""
+        header = self._header.unpack(packed[: 2 * self._header.words])
+        return header.get(ASKED, self.acknowledge) == self.acknowledge
+
     @property
     def is_checked(self) -> bool:
         """Whether a window's CRC proves it true; without one only its ticks do, which come later."""

@@ -68,6 +68,7 @@ class WriterLock:
                 raise self._taken(holder)
             with suppress(ModbusRefusal):  # another program was quicker: seen by reading
                 self._panel.set("writer", self.number)
+            self._panel.let_it_look()
             if (holder := self._holder()) != self.number:
                 raise self._taken(holder)
         elif self._board is not None and not self._board.lock():
@@ -261,6 +262,7 @@ class WriterLock:
         try:
             if was_held and self._offered and self._holder() == self.number:
                 self._panel.set("writer", 0)
+                self._panel.let_it_look()  # else who is next could write a number that hides the 0
         finally:
             if self._board is not None:
                 self._board.remove()

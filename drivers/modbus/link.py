@@ -185,6 +185,14 @@ class ModbusLink:
         return not isinstance(self._wire, TcpWire)
 
     @property
+    def may_answer_early(self) -> bool:
+        """Whether a reply may be of before what was written last, and is no other's: no function 23, TCP.
+
+        A PLC's own server writes and reads registers that the program looks at once a scan.
+        """
+        return not self.exchanges and not self.mixes_up_replies
+
+    @property
     def patience_s(self) -> float:
         """How long a reply is waited for in a hurry [s]: twice as long as the slowest of late."""
         return min(self._timeout_s, max(HURRY_S, 2.0 * max(self._took, default=0.0)))

@@ -23,6 +23,7 @@ from tests.clean_stand import clean_stand_text
 from tests.contract.controller.announced import Announced, Bounds, Say, confirmed_at, consent
 from tests.many_channels import stand_with
 from tests.peers.delta_rmc import SpecimenFacts
+from tests.peers.references import BUILD_PLC, IN_ST, build_reference, reference_stand
 from tests.peers.rmc_stand import rmc_stand
 
 BOUNDS = Bounds()
@@ -173,6 +174,30 @@ def of_another_author(folder: Path) -> Iterator[Bench]:
             yield Bench("another author's", controller, clock, second=partial(_second, stand, clock))
         finally:
             controller.close()
+
+
+@contextmanager
+def reference_in_c(folder: Path) -> Iterator[Bench]:
+    """The controller in C that laboratories start from."""
+    with reference_stand(folder, [build_reference(folder / "built")]) as path:
+        yield from _reached(path)
+
+
+@contextmanager
+def plc_program(folder: Path, by: str) -> Iterator[Bench]:
+    """The PLC program that laboratories start from, behind a Modbus server that knows nothing of it."""
+    with reference_stand(folder, [BUILD_PLC[by](folder / "built")], IN_ST) as path:
+        yield from _reached(path)
+
+
+def _reached(path: Path) -> Iterator[Bench]:
+    stand, clock = load_stand(path), WallClock()
+    controller = build_controller(stand, clock)
+    try:
+        controller.connect()
+        yield Bench("reference", controller, clock, second=partial(_second, stand, clock))
+    finally:
+        controller.close()
 
 
 def _second(stand: StandFile, clock: Clock) -> Controller:

@@ -30,6 +30,9 @@ SPEED = 20.0
         "polled over TCP",
         "RMC over TCP",
         "RMC of another author",
+        "reference in C",
+        "PLC program by our translator",
+        pytest.param("PLC program by matiec", marks=pytest.mark.long),
         pytest.param("polled over RTU", marks=pytest.mark.long),
         pytest.param("hardware", marks=pytest.mark.hardware),
     ],
@@ -41,6 +44,12 @@ def opened(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
             yield bench
     elif request.param == "RMC of another author":
         with backends.of_another_author(folder) as bench:
+            yield bench
+    elif request.param == "reference in C":
+        with backends.reference_in_c(folder) as bench:
+            yield bench
+    elif request.param.startswith("PLC program by "):
+        with backends.plc_program(folder, request.param.removeprefix("PLC program by ")) as bench:
             yield bench
     elif request.param == "hardware":
         options, capture = request.config, request.config.pluginmanager.getplugin("capturemanager")
