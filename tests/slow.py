@@ -65,6 +65,7 @@ SLOW = (
     "tests/desk/test_pages.py",
     "tests/desk/test_prepare.py",
     "tests/desk/test_refusals.py",
+    "tests/desk/test_report.py",
     "tests/drivers/conformance/",
     "tests/drivers/simulated/test_controller.py",
     "tests/drivers/simulated/test_modbus_amplifier_wire.py",

@@ -132,7 +132,7 @@ function specimens() {
   fill($("specimens"), [...groups].flatMap(([key, of]) => shown.map((one) => row([make("td", key), make("td", words(one.name), "left"), ...names.map((n) => make("td", of.has(n) ? pair(of.get(n).values[one.name], one.decimals) : "–"))]))));
 }
 
-// --- other settings, report ---------------------------------------------------------------------------
+// --- other settings ---------------------------------------------------------------------------
 
 function sent(form) { return { ...Object.fromEntries(new FormData(form)), ...chosen }; }
 $("again")?.addEventListener("submit", (event) => {
@@ -148,19 +148,6 @@ $("again")?.addEventListener("submit", (event) => {
     $("verdicts").hidden = !found.verdicts.length;
     fill($("verdicts"), found.verdicts.map((v) => row([make("td", v.run), make("td", v.id, "left"), make("td", v.cycle ?? ""), make("td", v.old ?? "–", `left ${v.old}`), make("td", v.new, `left ${v.new}`), make("td", v.why, "wrap")])));
     $("again-command").textContent = `${found.command} --json new.json; ${found.compared_by}`;
-  });
-});
-$("report")?.addEventListener("submit", (event) => {
-  event.preventDefault();
-  Desk.during(event.target.querySelector("button"), async () => {
-    $("report-said").textContent = "Making the report …";
-    try {
-      const found = await Desk.ask("/results/report", { ...sent(event.target), model: $("model").value });
-      $("report-said").textContent = `Made. ${found.said}`;
-      $("report-command").hidden = false; $("report-command").textContent = `The same as a command: ${found.command}`;
-      $("no-report").hidden = true;
-      $("files").replaceChildren(...found.files.map((name) => { const li = make("li"), a = make("a", name); a.href = `/results/file?path=${encodeURIComponent(name)}`; li.append(a); return li; }));
-    } catch (error) { $("report-said").textContent = ""; throw error; } finally { event.target.elements.password.value = ""; }
   });
 });
 
