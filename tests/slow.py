@@ -63,6 +63,7 @@ SLOW = (
     "tests/desk/test_campaigns.py",
     "tests/desk/test_day.py",
     "tests/desk/test_pages.py",
+    "tests/desk/test_phone.py",
     "tests/desk/test_prepare.py",
     "tests/desk/test_refusals.py",
     "tests/desk/test_report.py",

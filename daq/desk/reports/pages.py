@@ -87,7 +87,7 @@ class Reports:
         return [
             self._desk.act("/report", self.make),
             self._desk.act("/report/verify", self.verify),
-            self._desk.look("/report/made", self.list),
+            self._desk.look("/report/made", self.listed),
             self._desk.look("/report/file", self.show),
         ]
 
@@ -124,7 +124,7 @@ class Reports:
         job = self._jobs.begin(*words, secret=secret, aside=True)
         return JSONResponse({"job": job.key, "command": job.command})
 
-    async def list(self, request: Request) -> Response:
+    async def listed(self, request: Request) -> Response:
         """Say which files there are of the report of what was chosen."""
         chosen = chosen_of(self._desk.folder, request.query_params)
         return JSONResponse({"files": await asyncio.to_thread(self.made, chosen)})

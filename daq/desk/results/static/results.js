@@ -95,12 +95,20 @@ function requirements() {
   $("requirements-none").hidden = all.length > 0;
   $("requirements").hidden = !all.length;
   $("passed").textContent = all.length ? `${all.filter(([, one]) => ["pass", "conditional-pass"].includes(one.verdict)).length} of ${all.length} passed` : "";
-  fill($("requirements"), all.filter(([, one]) => !only || !["pass", "conditional-pass"].includes(one.verdict)).map(([r, one]) => row([
-    make("td", r.step || r.id, "wrap"), make("td", `${one.id}: ${one.requirement}`, "wrap"), make("td", one.cycle ?? ""),
-    make("td", certain(one.measured, one.expanded_uncertainty)),
-    make("td", one.lower_limit ?? ""), make("td", one.upper_limit ?? ""), make("td", one.unit ?? ""),
-    make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3)), make("td", one.verdict, `left ${one.verdict}`), make("td", one.why, "wrap"),
-  ])));
+  fill($("requirements"), all.filter(([, one]) => !only || !["pass", "conditional-pass"].includes(one.verdict)).map(([r, one]) => requirement(r, one)));
+}
+// on a phone each requirement is a card: its cells under each other, with their headings, the verdict first
+function requirement(r, one) {
+  const cells = [
+    ["run", make("td", r.step || r.id, "wrap")], ["", make("td", `${one.id}: ${one.requirement}`, "wrap")], ["cycle", make("td", one.cycle ?? "")],
+    ["measured", make("td", certain(one.measured, one.expanded_uncertainty))],
+    ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit ?? "")],
+    ["probability", make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3))],
+    ["", make("td", one.verdict, `left verdict ${one.verdict}`)], ["", make("td", one.why, "wrap")],
+  ];
+  const line = row(cells.map(([label, cell]) => { cell.setAttribute("role", "cell"); if (label) cell.dataset.label = label; return cell; }));
+  line.setAttribute("role", "row");
+  return line;
 }
 function words(name) { const one = state.result.columns.find((c) => c.name === name); return one ? `${one.heading}${one.unit ? ` in ${one.unit}` : ""}` : name; }
 function trends() {
