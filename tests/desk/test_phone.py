@@ -74,8 +74,12 @@ def test_nothing_scrolls_sideways_but_wide_tables_in_their_box(browser: Any, des
                 it.tab.screenshot(path=Path(PICTURES) / name, full_page=True)
             assert it.tab.evaluate(FITS), path
             assert it.tab.evaluate(BOXES) == [], path
-        it.tab.evaluate("document.querySelector('main').append(document.createElement('table'))")
-        it.tab.evaluate("document.querySelector('main').lastChild.style.width = '3000px'")
+        it.tab.evaluate(
+            "document.querySelector('main').append('wide'.repeat(9), document.createElement('pre'))"
+        )
+        it.tab.evaluate(
+            "Object.assign(document.querySelector('main').lastChild.style, {width: '3000px', height: '20px'})"
+        )
         assert not it.tab.evaluate(FITS), "it would be seen"
 
 
