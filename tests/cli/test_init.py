@@ -252,7 +252,7 @@ def test_the_questions_are_asked_with_proposals(tmp_path: Path) -> None:
     assert (stand.stand.laboratory, stand.controller.port, stand.controller.profile) == (
         "Hall 7",
         15021,
-        "polling",
+        "registers.toml",
     )
     force = next(one for one in stand.controller.channel if one.name == "force")
     assert (force.calibration.certificate, force.calibration.coefficients) == ("K-17", (0.5, 1.1e-4))

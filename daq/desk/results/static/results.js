@@ -119,6 +119,7 @@ function trends() {
 }
 function showTrend() {
   const one = state.result.trends[$("trend").value || 0];
+  $("trend-chart").hidden = !one;
   drawTrend($("trend-chart"), one, one ? words(one.quantity) : "");
   $("trend-said").textContent = !one ? "A trend needs runs of the same prestress and amplitude at several frequencies." :
     `${one.runs.length} runs${one.slope_per_Hz === null ? "" : `; slope ${certain(one.slope_per_Hz, one.slope_expanded_uncertainty_per_Hz)} per Hz`}. Bars: U of each run.${one.warnings.length ? ` ${one.warnings.join(" ")}` : ""}`;
