@@ -130,9 +130,7 @@ def campaign(folder: Path, seconds: float) -> Iterator[subprocess.Popen[bytes]]:
     for name in ("specimens", "models"):
         shutil.copytree(SAMPLE_STAND.parent / name, folder / name)
     stand = SAMPLE_STAND.read_text(encoding="utf-8")
-    missing = (
-        "missed_cycles_per_h = 30.0"  # by the simulated controller: they count as gaps
-    )
+    missing = "missed_cycles_per_h = 30.0"  # by the simulated controller: they count as gaps
     assert missing in stand
     stand = stand.replace(missing, "missed_cycles_per_h = 0.0")
     (folder / "stand.toml").write_text(stand, encoding="utf-8")
