@@ -7,11 +7,19 @@ from bufferstand.foundation import loaded_when_used
 if TYPE_CHECKING:
     from bufferstand.cli.beginning.answers import (
         CAMPAIGNS,
+        CHANNELS,
         CONTROLLERS,
+        FURTHER,
         MOST_FORCE_KN,
+        MOST_THERMOMETERS,
+        MOST_WIRES,
+        NONE,
+        UNITS,
         Answers,
+        Certificate,
         is_like_shipped,
         parse_certificate,
+        parse_coefficients,
     )
     from bufferstand.cli.beginning.writing import (
         write_first_files,
@@ -19,11 +27,19 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CAMPAIGNS",
+    "CHANNELS",
     "CONTROLLERS",
+    "FURTHER",
     "MOST_FORCE_KN",
+    "MOST_THERMOMETERS",
+    "MOST_WIRES",
+    "NONE",
+    "UNITS",
     "Answers",
+    "Certificate",
     "is_like_shipped",
     "parse_certificate",
+    "parse_coefficients",
     "write_first_files",
 ]
 

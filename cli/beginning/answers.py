@@ -4,22 +4,32 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from datetime import date
+from math import isfinite
 
 from bufferstand.foundation import BadInput
 
 CONTROLLERS = {
     "ring": "samples into a ring of its own, all channels of one instant (recommended)",
     "polling": "shows momentary values only, and is polled",
+    "rmc": "Delta RMC75 or RMC150, with its own registers and the watchdog program",
+    "none": "of another maker, which moves the stand by itself: it is recorded only",
 }
-"""Kind of controller → what it is; each is a shipped register profile."""
+"""Kind of controller → what it is: a shipped register profile, another kind, or none of ours."""
+NONE = "none"
 CAMPAIGNS = {
     "en15551": "static characteristic, three cycles, EN 15551",
     "sweeps": "the paper's sweeps of amplitude and speed at 20 and 50 mm prestress",
     "warm-up": "static characteristic cold and warm, with the warming between recorded",
 }
 """First campaign → what it does."""
-CHANNELS = ("force", "stroke_1", "stroke_2", "position", "force_2")
+CHANNELS = ("force", "stroke_1", "stroke_2", "stroke_3", "stroke_4", "position", "force_2")
 """Channels of the first stand whose certificate can be named."""
+UNITS = {name: "kN" if name.startswith("force") else "mm" for name in CHANNELS}
+"""Unit of each channel."""
+MOST_WIRES = 4
+FURTHER = {"pressure": "in the cylinder", "acceleration": "of the piston"}
+"""Further channels that a controller can sample → where."""
+MOST_THERMOMETERS = 6
 MOST_FORCE_KN = 630.0
 """Nominal force of the stand that the first files are of [kN]."""
 
@@ -49,8 +59,16 @@ class Answers:
         Limits of the stand.
     second_force : bool
         A second amplifier on the load cell, on a serial line.
+    draw_wires : int
+        From 1 to :data:`MOST_WIRES`, beside the specimen.
+    further : tuple of str
+        Of :data:`FURTHER`.
+    thermometers : int
+        On the specimen; one more is in the air beside the stand.
     certificates : mapping
         Channel → certificate.
+    coefficients : mapping
+        Channel → zero [its unit] and slope [its unit per count, or per V of a recorder's input].
     specimen : str
         Its id.
     kind, category, elastic_system : str
@@ -71,7 +89,11 @@ class Answers:
     force_max_kN: float = 600.0
     stroke_max_mm: float = 250.0
     second_force: bool = True
+    draw_wires: int = 2
+    further: tuple[str, ...] = ()
+    thermometers: int = 2
     certificates: dict[str, Certificate] = field(default_factory=dict)
+    coefficients: dict[str, tuple[float, float]] = field(default_factory=dict)
     specimen: str = "A-0001"
     kind: str = "buffer"
     category: str = "A"
@@ -98,16 +120,51 @@ def parse_certificate(text: str) -> tuple[str, Certificate]:
     """
     option, form = "--certificate", "CHANNEL=NUMBER@YYYY-MM-DD"
     channel, separator, rest = text.partition("=")
+    channel = channel.strip()
     number, at, day = rest.rpartition("@")
     if not at:
         number, day = rest, ""
     if not separator or not number.strip():
         raise BadInput(f"“{text}” has not the form {form}", file=option, remedy=f"write {option} {form}")
-    if channel not in CHANNELS:
-        raise BadInput(
-            f"there is no channel “{channel}”", file=option, remedy=f"name one of {', '.join(CHANNELS)}"
-        )
+    _demand_channel(channel, option)
     try:
         return channel, Certificate(number.strip(), date.fromisoformat(day) if day else None)
     except ValueError:
         raise BadInput(f"“{day}” is no day", file=option, remedy="write it as 2027-01-31") from None
+
+
+def parse_coefficients(text: str) -> tuple[str, tuple[float, float]]:
+    """Return channel, zero and slope of ``CHANNEL=ZERO,SLOPE``: value = zero + slope × reading.
+
+    Raises
+    ------
+    BadInput
+        If it has another form, names no channel, or a slope by which nothing can be measured.
+    """
+    option, form = "--coefficients", "CHANNEL=ZERO,SLOPE"
+    channel, _, rest = text.partition("=")
+    channel = channel.strip()
+    parts = rest.replace(";", ",").split(",")
+    try:
+        zero, slope = map(float, parts)
+    except ValueError:
+        raise BadInput(
+            f"“{text}” has not the form {form}",
+            file=option,
+            remedy=f"write e.g. {option} force=0,9.54e-05: kN, and kN per count, with decimal points",
+        ) from None
+    _demand_channel(channel, option)
+    if not (isfinite(zero) and isfinite(slope)) or slope == 0.0:
+        raise BadInput(
+            f"{zero:g} and {slope:g} make no measure of a reading",
+            file=option,
+            remedy=f"give zero [{UNITS[channel]}] and slope [{UNITS[channel]} per count] of the certificate",
+        )
+    return channel, (zero, slope)
+
+
+def _demand_channel(channel: str, option: str) -> None:
+    if channel not in CHANNELS:
+        raise BadInput(
+            f"there is no channel “{channel}”", file=option, remedy=f"name one of {', '.join(CHANNELS)}"
+        )

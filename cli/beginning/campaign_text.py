@@ -134,22 +134,22 @@ def campaign_text(answers: Answers, file: str, specimen_path: str) -> str:
     return text.format(
         about=f"{title}, as `bufferstand init` wrote it.",
         file=file,
-        id=_quoted(answers.campaign),
-        title=_quoted(title),
-        specimen=_quoted(specimen_path),
-        operator=_quoted(answers.operator),
+        id=quoted(answers.campaign),
+        title=quoted(title),
+        specimen=quoted(specimen_path),
+        operator=quoted(answers.operator),
         force=min(answers.force_max_kN, 600.0),
     )
 
 
 def specimen_text(answers: Answers, model_path: str) -> str:
     """Return the text of the first specimen file; every key is explained in docs/specimen-file.md."""
-    category = [f"category = {_quoted(answers.category)}"] if answers.category else []
+    category = [f"category = {quoted(answers.category)}"] if answers.category else []
     if answers.model:
         model = [
             "# Not this specimen's own: a shipped elastomer spring, so that force and heat can be planned.",
             "# Once yours is measured: `bufferstand model fit RUNS… --out MODEL.toml`; then name that file.",
-            f"model = {_quoted(model_path)}",
+            f"model = {quoted(model_path)}",
         ]
     else:
         model = [
@@ -160,11 +160,11 @@ def specimen_text(answers: Answers, model_path: str) -> str:
         f"# Specimen {' '.join(answers.specimen.split())}; every key is explained in docs/specimen-file.md.",
         "",
         "[specimen]",
-        f"id = {_quoted(answers.specimen)}",
-        f"kind = {_quoted(answers.kind)}",
+        f"id = {quoted(answers.specimen)}",
+        f"kind = {quoted(answers.kind)}",
         *category,
         f"max_stroke_mm = {answers.max_stroke_mm:.1f}",
-        f"elastic_system = {_quoted(answers.elastic_system)}",
+        f"elastic_system = {quoted(answers.elastic_system)}",
         "# EN 15551 wants rubber and elastomer to rest before the first static test; when it was assembled:",
         "# assembled = 2026-01-12T08:00:00Z",
         *model,
@@ -172,6 +172,6 @@ def specimen_text(answers: Answers, model_path: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     """Return a text as TOML: what JSON writes of a text is a basic string, but for one character."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

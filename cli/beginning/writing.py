@@ -7,14 +7,19 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from bufferstand.cli.beginning.answers import Answers, is_like_shipped
+from bufferstand.cli.beginning.answers import NONE, Answers, is_like_shipped
 from bufferstand.cli.beginning.campaign_text import CHECKLIST, campaign_text, specimen_text
+from bufferstand.cli.beginning.profile_text import PROFILE, profile_text
+from bufferstand.cli.beginning.recorder_text import recorder_text
 from bufferstand.cli.beginning.stand_text import stand_text
 from bufferstand.cli.campaign import prepare
 from bufferstand.cli.samples import sample
+from bufferstand.drivers.stand_file import load_recording_stand
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import read_text
+from bufferstand.foundation.specimen import load_specimen
 
+STAND = "stand.toml"
 MODEL = "models/category-a-elastomer.toml"
 
 
@@ -26,7 +31,7 @@ def write_first_files(folder: Path, answers: Answers) -> list[Path]:
     Returns
     -------
     list of Path
-        What was written: the stand first, then the campaign.
+        What was written: the stand first, then the campaign, or the specimen of one that is recorded only.
 
     Raises
     ------
@@ -42,13 +47,7 @@ def write_first_files(folder: Path, answers: Answers) -> list[Path]:
         )
     specimen = f"specimens/{_file_name(answers.specimen)}.toml"
     campaign = f"{answers.campaign}.toml"
-    texts = {
-        "stand.toml": stand_text(read_text(sample("stand.toml")), answers, "stand.toml"),
-        campaign: campaign_text(answers, campaign, specimen),
-        specimen: specimen_text(answers, f"../{MODEL}"),
-        "checklist.toml": CHECKLIST,
-        MODEL: read_text(sample(MODEL)),
-    }
+    texts = _texts(answers, specimen, campaign)
     there = [name for name in texts if (folder / name).exists() and name != MODEL]
     if there:
         raise BadInput(
@@ -60,11 +59,34 @@ def write_first_files(folder: Path, answers: Answers) -> list[Path]:
             (trial / path).parent.mkdir(parents=True, exist_ok=True)
             (trial / path).write_text(text, encoding="utf-8")
         try:
-            prepare(trial / campaign)
+            if answers.controller == NONE:
+                load_recording_stand(trial / STAND)
+                load_specimen(trial / specimen)
+            else:
+                prepare(trial / campaign)
         except BadInput as error:
             said = str(error).replace(f"{trial}/", "")
-            raise BadInput(f"these answers make no valid campaign, and nothing was written: {said}") from None
+            what = "stand" if answers.controller == NONE else "campaign"
+            raise BadInput(f"these answers make no valid {what}, and nothing was written: {said}") from None
         return _moved(trial, folder, list(texts))
+
+
+def _texts(answers: Answers, specimen: str, campaign: str) -> dict[str, str]:
+    """Return the files by their names: the stand first, then what is run on it."""
+    about_specimen = {
+        specimen: specimen_text(answers, f"../{MODEL}"),
+        "checklist.toml": CHECKLIST,
+        MODEL: read_text(sample(MODEL)),
+    }
+    if answers.controller == NONE:
+        return {STAND: recorder_text(answers, STAND), **about_specimen}
+    own = {} if (profile := profile_text(answers)) is None else {PROFILE: profile}
+    return {
+        STAND: stand_text(read_text(sample("stand.toml")), answers, STAND),
+        campaign: campaign_text(answers, campaign, specimen),
+        **about_specimen,
+        **own,
+    }
 
 
 def _moved(trial: Path, folder: Path, names: list[str]) -> list[Path]:

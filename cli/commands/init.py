@@ -10,7 +10,20 @@ from typing import Any
 import click
 
 from bufferstand.cli.arming import is_terminal, user_name
-from bufferstand.cli.beginning import CAMPAIGNS, CONTROLLERS, Answers, is_like_shipped, parse_certificate
+from bufferstand.cli.beginning import (
+    CAMPAIGNS,
+    CHANNELS,
+    CONTROLLERS,
+    FURTHER,
+    MOST_THERMOMETERS,
+    MOST_WIRES,
+    NONE,
+    UNITS,
+    Answers,
+    is_like_shipped,
+    parse_certificate,
+    parse_coefficients,
+)
 from bufferstand.cli.options import FOLDER, FiniteRange
 from bufferstand.foundation import BadInput, ExitStatus, program
 
@@ -19,6 +32,10 @@ _NEXT = """{count} files in {folder}. Next:
   {program} check {stand}               reads every device once
   {program} plan {campaign}             what the campaign would do
   {program} desk {folder}               all of it in the browser"""
+_NEXT_RECORDED = """{count} files in {folder}. Next:
+  {program} check {stand}               reads every device once
+  {program} record {stand} --out runs --specimen {campaign}
+  {program} desk {folder}               results and reports in the browser"""
 _DEFAULTS = Answers()
 
 
@@ -30,9 +47,13 @@ _DEFAULTS = Answers()
 @click.option(
     "--controller",
     type=click.Choice(list(CONTROLLERS)),
-    help="Kind of controller: with a sample ring, or polled.",
+    help="Kind of controller: registers with a sample ring or polled, Delta RMC; none: recorded only.",
 )
-@click.option("--host", metavar="HOST", help="Address of the controller (default: of its simulated twin).")
+@click.option(
+    "--host",
+    metavar="HOST",
+    help="Address of the controller, or of what records (default: of its simulated twin).",
+)
 @click.option("--port", type=click.IntRange(1, 65535), help="Its port.")
 @click.option("--force-max", metavar="KN", type=FiniteRange(min=1.0, max=10000.0), help="Limit of the stand.")
 @click.option("--stroke-max", metavar="MM", type=FiniteRange(min=1.0, max=1000.0), help="Limit of the stand.")
@@ -40,6 +61,27 @@ _DEFAULTS = Answers()
     "--second-force/--no-second-force",
     default=None,
     help="A second amplifier on the load cell (serial line).",
+)
+@click.option(
+    "--draw-wires", type=click.IntRange(1, MOST_WIRES), help="Draw wires beside the specimen (default 2)."
+)
+@click.option(
+    "--further",
+    multiple=True,
+    type=click.Choice(list(FURTHER)),
+    help="A further channel that the controller samples; may be repeated.",
+)
+@click.option(
+    "--thermometers",
+    type=click.IntRange(1, MOST_THERMOMETERS),
+    help="On the specimen (default 2), beside one in the air.",
+)
+@click.option(
+    "--coefficients",
+    "coefficients",
+    multiple=True,
+    metavar="CHANNEL=ZERO,SLOPE",
+    help="Calibration: kN or mm, and kN or mm per count (default: of the twin).",
 )
 @click.option(
     "--certificate",
@@ -64,7 +106,9 @@ _DEFAULTS = Answers()
 )
 @click.option("--campaign", type=click.Choice(list(CAMPAIGNS)), help="The first campaign.")
 @click.option("--operator", metavar="NAME", help="Of the campaign.")
-def command(folder: Path, yes: bool, certificates: tuple[str, ...], **given: Any) -> int:
+def command(
+    folder: Path, yes: bool, certificates: tuple[str, ...], coefficients: tuple[str, ...], **given: Any
+) -> int:
     """Make a first stand, specimen and campaign in DIR by questions: commented files that are valid.
 
     The stand has a simulated twin, so that all of it can be tried at once. No file that is there is written
@@ -77,20 +121,22 @@ def command(folder: Path, yes: bool, certificates: tuple[str, ...], **given: Any
         raise BadInput(
             "there is no terminal to ask at", file="init", remedy="add --yes, and options for what differs"
         )
-    named = dict(parse_certificate(text) for text in certificates)
+    given["certificates"] = dict(parse_certificate(text) for text in certificates)
+    given["coefficients"] = dict(parse_coefficients(text) for text in coefficients)
     try:
-        answers = _answers(given, named, asks=asks)
+        answers = _answers(given, asks=asks)
     except EOFError:
         raise BadInput("the questions were not answered: nothing was written", remedy="add --yes") from None
     written = write_first_files(folder, answers)
     where, stand, campaign = (quote(str(path)) for path in (folder, written[0], written[1]))
+    shown = _NEXT_RECORDED if answers.controller == NONE else _NEXT
     click.echo(
-        _NEXT.format(count=len(written), folder=where, stand=stand, campaign=campaign, program=program())
+        shown.format(count=len(written), folder=where, stand=stand, campaign=campaign, program=program())
     )
     return ExitStatus.DONE
 
 
-def _answers(given: dict[str, Any], certificates: dict[str, Any], *, asks: bool) -> Answers:
+def _answers(given: dict[str, Any], *, asks: bool) -> Answers:
     """Return what was given, asked at the terminal where nothing was, or as proposed."""
 
     def one(key: str, question: str, default: Any, kind: Any = None) -> Any:
@@ -122,6 +168,14 @@ def _answers(given: dict[str, Any], certificates: dict[str, Any], *, asks: bool)
             "stroke_max", "Largest stroke of the stand [mm]", _DEFAULTS.stroke_max_mm, float
         ),
         "second_force": yes_no("second_force", "A second amplifier on the load cell?", default=True),
+        "draw_wires": one("draw_wires", "Draw wires", _DEFAULTS.draw_wires, click.IntRange(1, MOST_WIRES)),
+        "further": tuple(given["further"]) or _further(asks=asks),
+        "thermometers": one(
+            "thermometers",
+            "Thermometers on the specimen",
+            _DEFAULTS.thermometers,
+            click.IntRange(1, MOST_THERMOMETERS),
+        ),
         "specimen": one("specimen", "Id of the specimen", _DEFAULTS.specimen),
         "kind": one("kind", "Its kind", _DEFAULTS.kind, click.Choice(["buffer", "draw-gear"])),
         "elastic_system": one(
@@ -137,12 +191,54 @@ def _answers(given: dict[str, Any], certificates: dict[str, Any], *, asks: bool)
         "category", "Its category (EN 15551)", "A" if buffer else "none", click.Choice([*"ABC", "none"])
     )
     alike = is_like_shipped(str(first["kind"]), str(first["elastic_system"]), float(first["max_stroke_mm"]))
+    if asks and not (given["certificates"] or given["coefficients"]):
+        _ask_calibrations(given, second_force=bool(first["second_force"]), wires=int(first["draw_wires"]))
     return Answers(
         **first,
-        certificates=certificates,
+        certificates=given["certificates"],
+        coefficients=given["coefficients"],
         category="" if category == "none" else category,
         model=(alike or given.get("model") is True)
         and yes_no("model", "Plan with a shipped elastomer spring until its own is known?", default=True),
         campaign=choice("campaign", "First campaign", CAMPAIGNS, _DEFAULTS.campaign),
         operator=one("operator", "Operator", user_name()),
     )
+
+
+def _further(*, asks: bool) -> tuple[str, ...]:
+    """Return which further channels the controller samples."""
+    if not asks:
+        return ()
+    return tuple(
+        name
+        for name, where in FURTHER.items()
+        if click.confirm(f"Does it sample the {name} {where}?", default=False, err=True)
+    )
+
+
+def _ask_calibrations(given: dict[str, Any], *, second_force: bool, wires: int) -> None:
+    """Ask for certificate and coefficients of every channel, if they are at hand."""
+    if not click.confirm("Are calibration certificates at hand?", default=False, err=True):
+        return
+    stated = {"force", "position", *(f"stroke_{number}" for number in range(1, wires + 1))}
+    stated |= {"force_2"} if second_force else set()
+    for channel in (one for one in CHANNELS if one in stated):
+        unit = UNITS[channel]
+        click.echo(f"  {channel} (empty: as the twin has it)", err=True)
+        _until_it_is_one(
+            given["certificates"], channel, "certificate, NUMBER@YYYY-MM-DD of its end", parse_certificate
+        )
+        _until_it_is_one(
+            given["coefficients"], channel, f"ZERO,SLOPE in {unit} and {unit} per count", parse_coefficients
+        )
+
+
+def _until_it_is_one(known: dict[str, Any], channel: str, question: str, parse: Any) -> None:
+    """Ask until there is an answer that can be one, or none."""
+    while text := click.prompt(f"    {question}", default="", show_default=False, err=True):
+        try:
+            known[channel] = parse(f"{channel}={text}")[1]
+        except BadInput as error:
+            click.echo(f"    {error}", err=True)
+        else:
+            return

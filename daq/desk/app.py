@@ -17,6 +17,7 @@ from bufferstand.daq.desk.folder import Folder
 from bufferstand.daq.desk.jobs import Jobs
 from bufferstand.daq.desk.overview import Overview
 from bufferstand.daq.desk.prepare import Prepare
+from bufferstand.daq.desk.reports import Reports
 from bufferstand.daq.desk.results import Archive, Results
 from bufferstand.daq.desk.shell import Desk, refusal, text_of
 from bufferstand.daq.desk.stand import Check
@@ -24,7 +25,7 @@ from bufferstand.daq.monitor import Access, Gate
 
 WRONG_TOKEN_S = 0.5
 """A wrong token is answered so late [s]."""
-PARTS: tuple[str, ...] = ("bufferstand.daq.desk.results",)
+PARTS: tuple[str, ...] = ("bufferstand.daq.desk.reports", "bufferstand.daq.desk.results")
 """Packages with pages of their own, and their ``templates`` and ``static``."""
 
 
@@ -45,15 +46,16 @@ def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[AS
     desk = Desk(folder, access, Commands(folder.root), cookie, PARTS)
     routes = [*_door(desk)]
     jobs = Jobs(desk)
-    routes += jobs.routes()
+    reports = Reports(desk, jobs)
+    routes += [*jobs.routes(), *reports.routes()]
     pages = (
         Overview(desk),
         Beginning(desk),
         Prepare(desk),
         Check(desk, jobs),
         Start(desk),
-        Campaigns(desk, jobs, host),
-        Results(desk),
+        Campaigns(desk, jobs, reports, host),
+        Results(desk, reports),
         Archive(desk),
     )
     for page in pages:

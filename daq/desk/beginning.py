@@ -20,6 +20,8 @@ OPTIONS = (
     "port",
     "force-max",
     "stroke-max",
+    "draw-wires",
+    "thermometers",
     "specimen",
     "kind",
     "category",
@@ -29,8 +31,12 @@ OPTIONS = (
     "operator",
 )
 """What the page asks, by the command's options; what is left empty is as the command has it."""
-CERTIFIED = ("force", "stroke_1", "stroke_2")
-"""Channels whose certificates are asked for."""
+CALIBRATED = (("force", "kN"), ("stroke_1", "mm"), ("stroke_2", "mm"))
+"""Channels whose certificates and coefficients are asked for, and their units."""
+FURTHER = ("pressure", "acceleration")
+"""Further channels that a controller can sample."""
+RECORDED = "none"
+"""Kind of controller of a stand that is recorded only: it has no campaign."""
 FIRST_CAMPAIGNS = ("en15551", "sweeps", "warm-up")
 
 
@@ -60,7 +66,8 @@ class Beginning:
             "new.html",
             title="New stand, specimen and campaign",
             where="." if here else "",
-            certified=CERTIFIED,
+            calibrated=CALIBRATED,
+            further=FURTHER,
             command=command,
         )
 
@@ -72,14 +79,21 @@ class Beginning:
         words += [f"--{option}={said}" for option in OPTIONS if (said := text_of(content, option))]
         choices = [key for key in ("model", "second-force") if key in content]
         words += [f"--{key}" if content[key] is True else f"--no-{key}" for key in choices]
-        for channel in CERTIFIED:
+        words += [f"--further={name}" for name in FURTHER if content.get(f"further-{name}") is True]
+        for channel, _ in CALIBRATED:
             number, until = text_of(content, f"certificate-{channel}"), text_of(content, f"until-{channel}")
             if number:
                 words.append(f"--certificate={channel}={number}" + (f"@{until}" if until else ""))
+            zero, slope = text_of(content, f"zero-{channel}"), text_of(content, f"slope-{channel}")
+            if zero or slope:
+                pair = (zero or "0", slope or "0")
+                words.append(f"--coefficients={channel}=" + ",".join(one.replace(",", ".") for one in pair))
         answer = await self._desk.commands.ask(*words)
         if answer.status:
             raise BadInput(answer.problem)
         campaign = text_of(content, "campaign")
         name = campaign if campaign in FIRST_CAMPAIGNS else FIRST_CAMPAIGNS[0]
         place = "" if where == "." else f"{where.rstrip('/')}/"
+        if text_of(content, "controller") == RECORDED:
+            return JSONResponse({"stand": f"{place}stand.toml", "command": answer.command})
         return JSONResponse({"campaign": f"{place}{name}.toml", "command": answer.command})

@@ -11,7 +11,8 @@ import os
 import subprocess
 import sys
 from asyncio.subprocess import DEVNULL, PIPE, Process
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
@@ -121,7 +122,13 @@ class Commands:
         )
 
     def begin(
-        self, log: Path, *words: str, add: bool = False, ends_with_desk: bool = False
+        self,
+        log: Path,
+        *words: str,
+        add: bool = False,
+        ends_with_desk: bool = False,
+        secret: tuple[str, str] | None = None,
+        aside: bool = False,
     ) -> subprocess.Popen[bytes]:
         """Start a command that goes on without the desk; what it writes goes to a file of its own.
 
@@ -135,6 +142,11 @@ class Commands:
             What the file holds already stays.
         ends_with_desk : bool
             It does not outlive the desk, however that ends.
+        secret : tuple of str, optional
+            An option that takes a file, and what its first line is to be. The command gets it by a pipe: it
+            stands on no disk, in no list of processes and in no environment.
+        aside : bool
+            An acquisition goes first.
 
         Raises
         ------
@@ -148,17 +160,37 @@ class Commands:
             handle = os.open(log, os.O_WRONLY | os.O_CREAT | kept, 0o600)
         except OSError as error:
             raise BadInput(f"cannot be written: {error.strerror}", file=error.filename or log) from None
-        with os.fdopen(handle, "wb") as stream:
+        with os.fdopen(handle, "wb") as stream, _told(secret) as (further, handles):
             process = subprocess.Popen(
-                _whole(words, _WITH_PARENT if ends_with_desk else ("-m", "bufferstand")),
+                _whole((*words, *further), _WITH_PARENT if ends_with_desk else ("-m", "bufferstand")),
                 cwd=self._folder,
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
+                pass_fds=handles,
                 start_new_session=True,  # neither Ctrl-C nor a closed terminal of the desk is for the stand
             )
+        if aside:
+            with suppress(ProcessLookupError):
+                os.setpriority(os.PRIO_PROCESS, process.pid, NICE)
         self._begun.append(process)
         return process
+
+
+@contextmanager
+def _told(secret: tuple[str, str] | None) -> Iterator[tuple[tuple[str, ...], tuple[int, ...]]]:
+    """While inside, a secret lies in a pipe; give the words that name it, and what a command inherits."""
+    if secret is None:
+        yield (), ()
+        return
+    option, line = secret
+    reading, writing = os.pipe()
+    try:
+        with os.fdopen(writing, "wb") as pipe:
+            pipe.write(line.encode() + b"\n")  # far less than a pipe holds: it waits for nobody
+        yield (option, f"/dev/fd/{reading}"), (reading,)
+    finally:
+        os.close(reading)
 
 
 def tail_of(log: Path) -> str:

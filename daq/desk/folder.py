@@ -11,7 +11,13 @@ from typing import Any, Literal
 
 from bufferstand.daq.campaign_folder import RECORD_NAME, CampaignRecord, load_record
 from bufferstand.daq.operator import is_running
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_file import (
+    RecordingStand,
+    StandFile,
+    has_controller,
+    load_recording_stand,
+    load_stand,
+)
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import read_text, toml_document
 from bufferstand.foundation.specimen import load_specimen
@@ -25,8 +31,21 @@ MOST_BYTES = 1 << 20
 """A settings file that is larger is none."""
 
 Kind = Literal["stand", "specimen", "campaign"]
+
+
+def read_stand(path: Path) -> StandFile | RecordingStand:
+    """Read a stand file: one for campaigns, or one without a controller, of which is recorded only.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or breaks its schema.
+    """
+    return load_stand(path) if has_controller(path) else load_recording_stand(path)
+
+
 READERS: dict[Kind, Callable[[Path], Any]] = {
-    "stand": load_stand,
+    "stand": read_stand,
     "specimen": load_specimen,
     "campaign": load_campaign,
 }

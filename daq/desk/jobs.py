@@ -86,11 +86,19 @@ class Jobs:
         """Return the routes by which pages watch and stop them."""
         return [self._desk.look("/job/{key}", self.state), self._desk.act("/job/{key}/stop", self.stop)]
 
-    def begin(self, *words: str, ends_with_desk: bool = False) -> Job:
-        """Start a command and watch it."""
+    def begin(
+        self,
+        *words: str,
+        ends_with_desk: bool = False,
+        secret: tuple[str, str] | None = None,
+        aside: bool = False,
+    ) -> Job:
+        """Start a command and watch it; the options are those of :meth:`Commands.begin`."""
         key = secrets.token_urlsafe(9)
         log = self._logs / f"{key}.log"
-        process = self._desk.commands.begin(log, *words, ends_with_desk=ends_with_desk)
+        process = self._desk.commands.begin(
+            log, *words, ends_with_desk=ends_with_desk, secret=secret, aside=aside
+        )
         job = self._jobs[key] = Job(key, self._desk.commands.shown(*words), process, log, ends_with_desk)
         while len(self._jobs) > KEPT:
             oldest = next((one for one in self._jobs.values() if not one.running), None)

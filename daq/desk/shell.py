@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.resources import files
-from typing import Any
+from typing import Any, TypeVar
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from starlette.requests import Request
@@ -35,6 +35,7 @@ NOT_HERE = "this is done at the stand's own computer only: open the desk there"
 CLOSING = "this was broken off: the desk is being closed"
 LOOK_ONLY = "this page may only look on: open the desk's link for control"
 
+T = TypeVar("T")
 Look = Callable[[Request], Awaitable[Response]]
 Act = Callable[[Request, dict[str, Any]], Awaitable[Response]]
 
@@ -211,6 +212,22 @@ def local_time(text: str) -> str:
 def refusal(status: int, text: str) -> Response:
     """Return an answer to a page that something is not done, and why."""
     return JSONResponse({"problem": plain(text)}, status)
+
+
+async def unless_closed(answer: Awaitable[T]) -> T:
+    """Wait for an answer that takes long; a desk that is closed meanwhile says so, and nothing of its own.
+
+    Raises
+    ------
+    BadInput
+        If the desk is being closed.
+    """
+    try:
+        return await answer
+    except asyncio.CancelledError:
+        if (task := asyncio.current_task()) is not None:
+            task.uncancel()
+        raise BadInput("the desk is being closed", remedy="start it again and ask again") from None
 
 
 def text_of(content: dict[str, Any], key: str, longest: int = 400) -> str:

@@ -151,5 +151,4 @@ def test_a_folder_without_a_campaign_has_no_page(folder: Path, name: str) -> Non
         status, _, text = desk.request("GET", f"/campaign/state?folder={name}")
         assert status == 404
         assert "This cannot be shown" in text
-        assert desk.post("/campaign/report", {"folder": name})[0] == 409
-        assert desk.request("GET", f"/campaign/report?folder={name}&file=../demo.toml")[0] == 404
+        assert desk.post("/report", {"folder": [name]})[0] == 409

@@ -14,6 +14,7 @@ import pytest
 
 from tests.desk.served import Served, served
 from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.evaluation_report.keys import PASSWORD, make
 from tests.monitor.browser import chromium
 
 PICTURES = os.environ.get("BUFFERSTAND_PICTURES")
@@ -77,6 +78,7 @@ def free_port() -> int:
 def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
     with served(tmp_path) as desk, Technician(browser, desk.link, **size) as it:
         entered(it)
+        make(tmp_path)
         it.go(f"{desk.origin}/new")
         it.fill(stand="hall-2", specimen="B-77", port=str(free_port()), certificate_force="K-17")
         it.look("new", size)
@@ -197,11 +199,19 @@ def stopped_and_resumed(it: Technician, desk: Served, folder: str, size: Any) ->
 
 
 def reported(it: Technician, size: Any) -> None:
-    """The report is made and shown, and the results are one push away."""
-    it.push("#report")
-    it.wait("document.body?.innerText.includes('The report is made')", 300.0)
+    """The report is made, signed, verified and shown, and the results are one push away."""
+    it.fill(report_key="key.p12", report_password="mistyped")
+    it.push("#make-report")
+    it.wait("document.getElementById('said').innerText.includes('the password does not open it')", 300.0)
+    it.look("wrong-password", size)
+    it.fill(report_password=PASSWORD)
+    it.push("#make-report")
+    it.wait("document.body?.innerText.includes('The report is made and signed')", 600.0)
+    it.push("text=Verify it")
+    it.wait("document.getElementById('verified').innerText.includes('Test hall 2')", 300.0)
+    assert it.tab.locator("#verified.problem").count() == 0, it.tab.inner_text("#verified")
     it.look("complete", size)
-    link = it.tab.locator("#state a[href*='.html']").first
+    link = it.tab.locator("#report-files a[href*='.html']").first
     with it.context.expect_page() as opened:
         link.click()
     page = opened.value

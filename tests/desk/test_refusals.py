@@ -33,7 +33,8 @@ ACTS = {
     "/check/run": {"stand": "stand.toml"},
     "/campaign/stop": {"folder": "out", "after": "now"},
     "/campaign/note": {"folder": "out", "text": "x"},
-    "/campaign/report": {"folder": "out"},
+    "/report": {"folder": ["out"]},
+    "/report/verify": {"path": "out/report/report.pdf"},
     "/campaign/live": {"folder": "out"},
     "/start/plan": {"campaign": "demo.toml"},
 }

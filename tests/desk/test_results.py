@@ -11,8 +11,8 @@ from urllib.parse import urlencode
 
 import pytest
 
+from bufferstand.daq.desk.chosen import chosen_of
 from bufferstand.daq.desk.folder import Folder
-from bufferstand.daq.desk.results.chosen import chosen_of
 from bufferstand.daq.desk.results.curves import curve_of
 from bufferstand.daq.desk.results.evaluations import OtherSettings, columns, settings_of
 from bufferstand.evaluation.document import evaluate_entry
@@ -181,32 +181,13 @@ def test_nonsense_is_refused_in_words(desk: Served, ask: str) -> None:
 
 
 @pytest.mark.slow
-def test_whoever_may_only_look_makes_no_report_and_a_foreign_page_nothing(desk: Served) -> None:
+def test_whoever_may_only_look_evaluates_with_no_other_settings_and_a_foreign_page_nothing(
+    desk: Served,
+) -> None:
     content = {"run": [HARMONIC]}
-    for path in ("/results/report", "/results/again"):
-        assert desk.request("POST", path, content, Cookie="")[0] == 403
-        assert desk.request("POST", path, content, Origin="http://evil.example")[0] == 403
-        assert desk.request("POST", path, content, Host="evil.example")[0] == 421
-    for path in ("old/report.toml", "../x", STATIC, "models/category-a-elastomer.toml"):
-        status, _, text = desk.request("GET", f"/results/file?{urlencode({'path': path})}")
-        assert (status, "This cannot be shown" in text) == (404, True)
-
-
-@pytest.mark.slow
-def test_the_report_is_made_and_shown_and_runs_nothing(desk: Served, laboratory: Path) -> None:
-    status, made = desk.post("/results/report", {"run": [HARMONIC], "language": "de"})
-    assert status == 200, made
-    assert "--language de" in made["command"]
-    html = next(name for name in made["files"] if name.endswith(".html"))
-    assert any(name.endswith(".pdf") for name in made["files"])
-    status, headers, text = desk.request("GET", f"/results/file?{urlencode({'path': html})}")
-    assert status == 200
-    assert "script-src" not in headers["content-security-policy"]
-    assert "default-src 'none'" in headers["content-security-policy"]
-    assert "&lt;script&gt;window.hacked" in text
-    status, refused = desk.post("/results/report", {"run": [HARMONIC], "key": "no-key.p12", "password": "x"})
-    assert (status, "no such file" in refused["problem"]) == (409, True)
-    assert desk.post("/results/report", {"run": [HARMONIC], "annex": "--out /"})[0] == 409
+    assert desk.request("POST", "/results/again", content, Cookie="")[0] == 403
+    assert desk.request("POST", "/results/again", content, Origin="http://evil.example")[0] == 403
+    assert desk.request("POST", "/results/again", content, Host="evil.example")[0] == 421
 
 
 @pytest.mark.slow

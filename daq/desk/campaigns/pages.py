@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from bufferstand.daq.campaign_folder import CampaignRecord, load_record
 from bufferstand.daq.desk.campaigns.launching import LOG_NAME, launch
+from bufferstand.daq.desk.chosen import Chosen
 from bufferstand.daq.desk.commands import tail_of, word_of
 from bufferstand.daq.desk.jobs import Job, Jobs
+from bufferstand.daq.desk.reports import Reports
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
 from bufferstand.daq.operator import read_notes
 from bufferstand.foundation import BadInput
@@ -22,20 +24,10 @@ from bufferstand.foundation import BadInput
 AFTER = ("now", "cycle", "step")
 LINK_S = 20.0
 """Longest wait for the live page's link [s]."""
-REPORT = "report"
-"""Folder of the report, in the campaign's."""
 SHOWN_NOTES = 30
 MOST_SHOWN = 4000
 """So many characters of what the command has written are shown."""
 _LINK = re.compile(r"http://\S+:(\d+)/(#\S+)?")
-REPORT_HEADERS = {
-    "Content-Security-Policy": (
-        "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; font-src data:; "
-        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox"
-    )
-}
-"""A report has its style and pictures in itself; nothing in it may run or reach out."""
-TYPES = {".html": "text/html; charset=utf-8", ".pdf": "application/pdf"}
 
 
 class Campaigns:
@@ -45,15 +37,18 @@ class Campaigns:
     ----------
     desk : Desk
     jobs : Jobs
+    reports : Reports
+        Of a campaign.
     host : str
         Where the desk is served: the live page is served there, too.
     """
 
     tab = Tab("/campaign", "Campaigns")
 
-    def __init__(self, desk: Desk, jobs: Jobs, host: str) -> None:
+    def __init__(self, desk: Desk, jobs: Jobs, reports: Reports, host: str) -> None:
         self._desk = desk
         self._jobs = jobs
+        self._reports = reports
         self._host = f"[{host}]" if ":" in host else host
         self._pages: dict[Path, Job] = {}
         self._opening = asyncio.Lock()
@@ -63,11 +58,9 @@ class Campaigns:
         return [
             self._desk.look("/campaign", self.show),
             self._desk.look("/campaign/state", self.state),
-            self._desk.look("/campaign/report", self.report_file),
             self._desk.act("/campaign/live", self.live),
             self._desk.act("/campaign/stop", self.stop),
             self._desk.act("/campaign/note", self.note),
-            self._desk.act("/campaign/report", self.report),
             self._desk.act("/campaign/resume", self.resume, moves=True),
         ]
 
@@ -87,11 +80,11 @@ class Campaigns:
             title=str(record.plan.get("campaign", {}).get("title") or name),
             name=name,
             pieces=await self._pieces(folder, record),
+            report=await asyncio.to_thread(self._reports.form, Chosen((name,), (folder,))),
             commands={
                 "live": shown("monitor", word_of(name)),
                 "stop": shown("stop", word_of(name), "--after", "cycle"),
                 "resume": shown("resume", word_of(name), "--yes-move", "SPECIMEN"),
-                "report": shown("report", word_of(name), "--out", f"{word_of(name)}/{REPORT}"),
             },
         )
 
@@ -140,26 +133,6 @@ class Campaigns:
             raise BadInput(answer.problem)
         return JSONResponse({"said": "noted"})
 
-    async def report(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
-        """Have the report made; the page watches it."""
-        name = word_of(self._desk.folder.name(self._folder(content)))
-        job = self._jobs.begin("report", name, "--out", f"{name}/{REPORT}")
-        return JSONResponse({"job": job.key, "command": job.command})
-
-    async def report_file(self, request: Request) -> Response:
-        """Give a file of the report."""
-        folder, _ = await asyncio.to_thread(self._known, request.query_params.get("folder", ""))
-        file = request.query_params.get("file", "")
-        if file not in {one.name for one in _reports(folder)}:
-            raise BadInput("there is no such report", file=file[:100])
-        path = self._desk.folder.inside(f"{self._desk.folder.name(folder)}/{REPORT}/{file}")
-        headers = (
-            REPORT_HEADERS
-            if path.suffix == ".html"
-            else {"Content-Disposition": f'inline; filename="{REPORT}.pdf"'}
-        )
-        return FileResponse(path, media_type=TYPES[path.suffix], headers=headers)
-
     async def resume(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Go on with the campaign, from this computer, with the specimen's id typed."""
         folder, specimen = self._folder(content), text_of(content, "specimen")
@@ -189,19 +162,12 @@ class Campaigns:
             "campaign_state.html",
             run=run,
             steps=record.steps,
-            reports=_reports(folder),
-            name=self._desk.folder.name(folder),
         )
         written = tail_of(folder / LOG_NAME)[-MOST_SHOWN:]
         return {
             "state": state,
             "record": self._desk.fragment("campaign_record.html", notes=_notes(folder), log=written),
         }
-
-
-def _reports(folder: Path) -> list[Path]:
-    found = folder / REPORT
-    return sorted(path for path in found.iterdir() if path.suffix in TYPES) if found.is_dir() else []
 
 
 def _notes(folder: Path) -> list[tuple[str, str]]:

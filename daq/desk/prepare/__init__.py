@@ -16,6 +16,9 @@ if TYPE_CHECKING:
         groups_of,
         value_of,
     )
+    from bufferstand.daq.desk.prepare.order import (
+        moved_step,
+    )
     from bufferstand.daq.desk.prepare.pages import (
         Prepare,
     )
@@ -30,6 +33,7 @@ __all__ = [
     "add_step",
     "changed",
     "groups_of",
+    "moved_step",
     "plan_view",
     "value_of",
     "without_step",

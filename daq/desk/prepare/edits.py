@@ -61,7 +61,7 @@ def changed(text: str, path: Path, value: Any) -> str:
         result = tomlkit.dumps(document)
     except (TOMLKitError, KeyError, IndexError, TypeError, AttributeError, ValueError):
         raise BadInput("this place of the file cannot be changed here", remedy=IN_THE_TEXT) from None
-    return _checked(result, wanted)
+    return checked(result, wanted)
 
 
 def add_step(text: str, kind: str) -> str:
@@ -78,7 +78,7 @@ def add_step(text: str, kind: str) -> str:
     added = f'[[step]]\nkind = "{kind}"\n{NEW_STEPS[kind]}'
     wanted = {**before, "step": [*before.get("step", []), *toml_content(added)["step"]]}
     joined = text.rstrip("\n") + ("\n\n" if text.strip() else "") + added
-    return _checked(joined, wanted)
+    return checked(joined, wanted)
 
 
 def without_step(text: str, index: int) -> str:
@@ -102,7 +102,7 @@ def without_step(text: str, index: int) -> str:
         home.value.body.extend(above_next)
     left = [step for number, step in enumerate(before["step"]) if number != index]
     wanted = {key: value for key, value in before.items() if key != "step"} | ({"step": left} if left else {})
-    return _checked(tomlkit.dumps(document), wanted)
+    return checked(tomlkit.dumps(document), wanted)
 
 
 def toml_content_of(text: str) -> dict[str, Any]:
@@ -117,6 +117,23 @@ def toml_content_of(text: str) -> dict[str, Any]:
         return toml_content(text)
     except NotToml as error:
         raise BadInput(error.problem, remedy=error.remedy) from None
+
+
+def checked(text: str, wanted: dict[str, Any]) -> str:
+    """Return a text if it says what it should and nothing else.
+
+    Raises
+    ------
+    BadInput
+        If it does not.
+    """
+    try:
+        says = toml_content(text)
+    except NotToml:
+        says = None
+    if says != wanted:
+        raise BadInput("this place of the file cannot be changed here", remedy=IN_THE_TEXT)
+    return text
 
 
 def _parsed(text: str) -> Any:
@@ -184,14 +201,3 @@ def _set(content: dict[str, Any], path: Path, value: Any) -> dict[str, Any]:
     except (KeyError, IndexError, TypeError, AttributeError):
         raise BadInput("the file has no such place", remedy=IN_THE_TEXT) from None
     return content
-
-
-def _checked(text: str, wanted: dict[str, Any]) -> str:
-    """Return the text if it says what it should and nothing else."""
-    try:
-        says = toml_content(text)
-    except NotToml:
-        says = None
-    if says != wanted:
-        raise BadInput("this place of the file cannot be changed here", remedy=IN_THE_TEXT)
-    return text

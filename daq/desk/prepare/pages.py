@@ -20,6 +20,7 @@ from starlette.routing import Route
 from bufferstand.daq.desk.commands import word_of
 from bufferstand.daq.desk.prepare.edits import NEW_STEPS, add_step, changed, toml_content_of, without_step
 from bufferstand.daq.desk.prepare.fields import Field, Group, groups_of, value_of
+from bufferstand.daq.desk.prepare.order import moved_step
 from bufferstand.daq.desk.prepare.planned_steps import plan_view
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
 from bufferstand.foundation import BadInput
@@ -105,6 +106,11 @@ class Prepare:
             case "remove":
                 index = content.get("index")
                 text = without_step(text, index if isinstance(index, int) else -1)
+            case "move":
+                index, by = content.get("index"), content.get("by")
+                text = moved_step(
+                    text, index if isinstance(index, int) else -1, by if isinstance(by, int) else 0
+                )
             case _:
                 pass
         return JSONResponse({"text": text, "form": await self._form(text, path)})

@@ -17,7 +17,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from bufferstand.daq.desk.results.chosen import RUN_SUFFIX
+from bufferstand.daq.desk.chosen import RUN_SUFFIX
 from bufferstand.daq.desk.results.run_page import run_facts
 from bufferstand.daq.desk.shell import Desk, Tab, refusal
 from bufferstand.foundation import BadInput

@@ -11,8 +11,8 @@ from typing import Any
 
 import orjson
 
+from bufferstand.daq.desk.chosen import Chosen
 from bufferstand.daq.desk.commands import Commands
-from bufferstand.daq.desk.results.chosen import Chosen
 from bufferstand.foundation import BadInput
 from bufferstand.recording.finding import facts_of
 

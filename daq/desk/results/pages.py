@@ -7,22 +7,21 @@ import json
 import sys
 from asyncio.subprocess import DEVNULL, PIPE
 from collections.abc import Awaitable
-from pathlib import Path
 from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from bufferstand.daq.desk.results.chosen import RUN_SUFFIX, chosen_of
+from bufferstand.daq.desk.chosen import RUN_SUFFIX, chosen_of
+from bufferstand.daq.desk.reports import MODEL_MARK, Reports, head_of, toml_files
 from bufferstand.daq.desk.results.evaluations import (
     OtherSettings,
     evaluated,
     evaluated_beside,
     settings_of,
 )
-from bufferstand.daq.desk.results.report import Reports, unless_closed
-from bufferstand.daq.desk.shell import Desk, Tab, refusal
+from bufferstand.daq.desk.shell import Desk, Tab, refusal, unless_closed
 from bufferstand.foundation import BadInput
 
 TAB = Tab("/results", "Results")
@@ -30,7 +29,6 @@ MOST_LOOPS = 24
 """Loops that are drawn over each other at once: of more nobody tells one from the other."""
 CURVES_S = 180.0
 """Longest wait for loops, and a model's answer [s]."""
-MOST_MODELS = 100
 
 
 class Results:
@@ -39,13 +37,15 @@ class Results:
     Parameters
     ----------
     desk : Desk
+    reports : Reports
+        Of what is shown.
     """
 
     tab = TAB
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Desk, reports: Reports) -> None:
         self._desk = desk
-        self._reports = Reports(desk)
+        self._reports = reports
         self._free = asyncio.Semaphore(1)
 
     def routes(self) -> list[Route]:
@@ -55,7 +55,6 @@ class Results:
             self._desk.look("/results/evaluation", self.evaluation),
             self._desk.act("/results/again", self.again),
             self._desk.look("/results/curves", self.curves),
-            *self._reports.routes(),
         ]
 
     async def page(self, request: Request) -> Response:
@@ -65,16 +64,16 @@ class Results:
             begun = [run for run in contents.runs if run.done or run.status != "running"]
             return self._desk.page(request, "results-choose.html", title="Results", campaigns=begun)
         chosen = chosen_of(self._desk.folder, request.query_params)
-        models, limits = await asyncio.to_thread(self._files)
+        limits = await asyncio.to_thread(self._limit_sets)
+        report = await asyncio.to_thread(self._reports.form, chosen)
         return self._desk.page(
             request,
             "results.html",
             title="Results",
             chosen=chosen.paths,
             query=chosen.query,
-            models=models,
+            report=report,
             limits=limits,
-            reports=await asyncio.to_thread(self._reports.made, chosen),
         )
 
     async def evaluation(self, request: Request) -> Response:
@@ -143,19 +142,17 @@ class Results:
             raise BadInput("the loops could not be read: the process that reads them has ended") from None
         return found
 
-    def _files(self) -> tuple[list[str], list[str]]:
-        """Return the files of spring models and of limit sets in the desk's folder, and the shipped sets."""
+    def _limit_sets(self) -> list[str]:
+        """Return the limit sets that are shipped, and the files of others in the desk's folder."""
         from bufferstand.evaluation.requirements import shipped_names  # noqa: PLC0415 - takes a moment
 
-        root = self._desk.folder.root
-        models, limits = [], list(shipped_names())
-        for path in sorted((*root.glob("*.toml"), *root.glob("*/*.toml"), *root.glob("*/*/*.toml"))):
-            text = _head_of(path)
-            if "bufferstand/spring-model" in text:
-                models.append(self._desk.folder.name(path))
-            elif "[applies]" in text and "standard" in text:
-                limits.append(self._desk.folder.name(path))
-        return models[:MOST_MODELS], limits
+        folder = self._desk.folder
+        limits = list(shipped_names())
+        for path in toml_files(folder.root):
+            text = head_of(path)
+            if MODEL_MARK not in text and "[applies]" in text and "standard" in text:
+                limits.append(folder.name(path))
+        return limits
 
 
 async def _told(answer: Awaitable[dict[str, Any]]) -> Response:
@@ -173,11 +170,3 @@ def _span(one: dict[str, Any]) -> dict[str, Any]:
         value = one.get(key)
         found[key] = float(value) if isinstance(value, int | float) and abs(value) < 1e9 else None
     return found
-
-
-def _head_of(path: Path) -> str:
-    try:
-        with path.open(encoding="utf-8") as stream:
-            return stream.read(20_000)
-    except (OSError, UnicodeDecodeError):
-        return ""

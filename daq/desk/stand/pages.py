@@ -13,12 +13,13 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from bufferstand.daq.desk.commands import word_of
+from bufferstand.daq.desk.folder import read_stand
 from bufferstand.daq.desk.jobs import Job, Jobs
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
 from bufferstand.daq.desk.stand.checklist import CHECKLIST_NAME, checklist_of
 from bufferstand.daq.monitor import is_loopback
 from bufferstand.daq.zero import stored_zero
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers.stand_file import RecordingStand, StandFile, load_stand
 from bufferstand.foundation import BadInput
 from bufferstand.protocols.campaign_file import load_campaign
 
@@ -70,7 +71,7 @@ class Check:
             stands = contents.of_kind("stand")
             return self._desk.page(request, "check_choice.html", title="Check a stand", stands=stands)
         path = self._desk.folder.inside(name, ".toml")
-        stand = await asyncio.to_thread(load_stand, path)
+        stand = await asyncio.to_thread(read_stand, path)
         shown = self._desk.commands.shown
         return self._desk.page(
             request,
@@ -79,6 +80,7 @@ class Check:
             name=name,
             campaign=campaign,
             stand=stand,
+            moves=isinstance(stand, StandFile),
             zero=_zero_text(path),
             items=checklist_of(path),
             checklist_name=CHECKLIST_NAME,
@@ -88,6 +90,7 @@ class Check:
             steps=STEPS_MM,
             commands={
                 "check": shown("check", word_of(name)),
+                "record": shown("record", word_of(name), "--out", "runs", "--specimen", "SPECIMEN.toml"),
                 "zero": shown("stand", "zero", word_of(name), "--specimen", "ID", "--yes-move", "STAND"),
                 "twin": shown("simulate-stand", word_of(name), "--wait-for-reader"),
             },
@@ -192,8 +195,10 @@ def _watched(job: Job) -> Response:
     return JSONResponse({"job": job.key, "command": job.command})
 
 
-def _has_twin(stand: StandFile) -> bool:
+def _has_twin(stand: StandFile | RecordingStand) -> bool:
     """Return whether a stand is one that this computer can simulate at the place where it is looked for."""
+    if isinstance(stand, RecordingStand):
+        return False
     host = getattr(stand.controller, "host", None)
     return stand.simulation is not None and (host is None or is_loopback(str(host)))
 

@@ -1,4 +1,4 @@
-// A campaign: how far it is, its live page, stop, resume, note, report.
+// A campaign: how far it is, its live page, stop, resume, note.
 "use strict";
 
 {
@@ -39,12 +39,6 @@
     button.addEventListener("click", () => Desk.during(button, async () => {
       Desk.say((await Desk.ask("/campaign/stop", { folder, after: button.dataset.after })).said);
     }));
-  on("report", async () => {
-    const ended = await Desk.watch(await Desk.ask("/campaign/report", { folder }));
-    if (ended.status === 0) Desk.say("The report is made: see Reports made.");
-    else Desk.say(ended.text.split("\n").at(-1) || "The report could not be made.", true);
-    await look();
-  });
   Desk.byId("noting").addEventListener("submit", (event) => {
     event.preventDefault();
     Desk.during(Desk.byId("write"), async () => {

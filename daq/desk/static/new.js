@@ -17,13 +17,21 @@
     Desk.byId("model").disabled = !alike;
     if (!alike) Desk.byId("model").checked = false;
   });
+  // What is not asked of a stand that is recorded only, or not known of a controller that is polled.
+  const asked = () => {
+    const kind = Desk.byId("controller").value;
+    for (const one of form.querySelectorAll("[data-not]")) one.hidden = one.dataset.not.split(" ").includes(kind);
+    for (const one of form.querySelectorAll(".reading")) one.textContent = kind === "none" ? "V" : "count";
+  };
+  form.addEventListener("change", asked);
+  asked();
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     Desk.during(Desk.byId("make"), async () => {
       const content = {};
-      for (const one of form.elements) if (one.name) content[one.name] = one.type === "checkbox" ? one.checked : one.value;
+      for (const one of form.elements) if (one.name && !one.closest("[hidden]")) content[one.name] = one.type === "checkbox" ? one.checked : one.value;
       const said = await Desk.ask("/new", content);
-      location.assign(`/prepare?campaign=${encodeURIComponent(said.campaign)}`);
+      location.assign(said.campaign ? `/prepare?campaign=${encodeURIComponent(said.campaign)}` : `/check?stand=${encodeURIComponent(said.stand)}`);
     });
   });
 }

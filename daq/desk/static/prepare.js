@@ -101,6 +101,7 @@
   form.addEventListener("click", (event) => {
     const button = event.target.closest("button");
     if (!button) return;
+    if (button.dataset.move) return move(Number(button.dataset.index), Number(button.dataset.move));
     const what = button.id === "add" ? { what: "add", kind: Desk.byId("kind").value } : { what: "remove", index: Number(button.dataset.remove) };
     inTurn(async () => {
       const said = await Desk.ask("/prepare/edit", named(what));
@@ -115,6 +116,22 @@
       changed();
     });
   });
+
+  /** A step changes places with its neighbour; the keyboard stays on the button that was pushed. */
+  function move(index, by) {
+    const other = index + by, was = [index, other].map((one) => Desk.byId(`g-step-${one}`).open);
+    inTurn(async () => {
+      const said = await Desk.ask("/prepare/edit", named({ what: "move", index, by }));
+      text.value = said.text;
+      newForm(said.form);
+      Desk.byId(`g-step-${other}`).open = was[0];
+      Desk.byId(`g-step-${index}`).open = was[1];
+      const buttons = [...Desk.byId(`g-step-${other}`).querySelectorAll("[data-move]")].filter((one) => !one.disabled);
+      (buttons.find((one) => Number(one.dataset.move) === by) || buttons[0]).focus();
+      Desk.say(`Step ${index + 1} is now step ${other + 1}.`);
+      changed();
+    });
+  }
 
   text.addEventListener("input", () => {
     changed();

@@ -95,12 +95,20 @@ function requirements() {
   $("requirements-none").hidden = all.length > 0;
   $("requirements").hidden = !all.length;
   $("passed").textContent = all.length ? `${all.filter(([, one]) => ["pass", "conditional-pass"].includes(one.verdict)).length} of ${all.length} passed` : "";
-  fill($("requirements"), all.filter(([, one]) => !only || !["pass", "conditional-pass"].includes(one.verdict)).map(([r, one]) => row([
-    make("td", r.step || r.id, "wrap"), make("td", `${one.id}: ${one.requirement}`, "wrap"), make("td", one.cycle ?? ""),
-    make("td", certain(one.measured, one.expanded_uncertainty)),
-    make("td", one.lower_limit ?? ""), make("td", one.upper_limit ?? ""), make("td", one.unit ?? ""),
-    make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3)), make("td", one.verdict, `left ${one.verdict}`), make("td", one.why, "wrap"),
-  ])));
+  fill($("requirements"), all.filter(([, one]) => !only || !["pass", "conditional-pass"].includes(one.verdict)).map(([r, one]) => requirement(r, one)));
+}
+// on a phone each requirement is a card: its cells under each other, with their headings, the verdict first
+function requirement(r, one) {
+  const cells = [
+    ["run", make("td", r.step || r.id, "wrap")], ["", make("td", `${one.id}: ${one.requirement}`, "wrap")], ["cycle", make("td", one.cycle ?? "")],
+    ["measured", make("td", certain(one.measured, one.expanded_uncertainty))],
+    ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit ?? "")],
+    ["probability", make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3))],
+    ["", make("td", one.verdict, `left verdict ${one.verdict}`)], ["", make("td", one.why, "wrap")],
+  ];
+  const line = row(cells.map(([label, cell]) => { cell.setAttribute("role", "cell"); if (label) cell.dataset.label = label; return cell; }));
+  line.setAttribute("role", "row");
+  return line;
 }
 function words(name) { const one = state.result.columns.find((c) => c.name === name); return one ? `${one.heading}${one.unit ? ` in ${one.unit}` : ""}` : name; }
 function trends() {
@@ -111,6 +119,7 @@ function trends() {
 }
 function showTrend() {
   const one = state.result.trends[$("trend").value || 0];
+  $("trend-chart").hidden = !one;
   drawTrend($("trend-chart"), one, one ? words(one.quantity) : "");
   $("trend-said").textContent = !one ? "A trend needs runs of the same prestress and amplitude at several frequencies." :
     `${one.runs.length} runs${one.slope_per_Hz === null ? "" : `; slope ${certain(one.slope_per_Hz, one.slope_expanded_uncertainty_per_Hz)} per Hz`}. Bars: U of each run.${one.warnings.length ? ` ${one.warnings.join(" ")}` : ""}`;
@@ -132,7 +141,7 @@ function specimens() {
   fill($("specimens"), [...groups].flatMap(([key, of]) => shown.map((one) => row([make("td", key), make("td", words(one.name), "left"), ...names.map((n) => make("td", of.has(n) ? pair(of.get(n).values[one.name], one.decimals) : "–"))]))));
 }
 
-// --- other settings, report ---------------------------------------------------------------------------
+// --- other settings ---------------------------------------------------------------------------
 
 function sent(form) { return { ...Object.fromEntries(new FormData(form)), ...chosen }; }
 $("again")?.addEventListener("submit", (event) => {
@@ -148,19 +157,6 @@ $("again")?.addEventListener("submit", (event) => {
     $("verdicts").hidden = !found.verdicts.length;
     fill($("verdicts"), found.verdicts.map((v) => row([make("td", v.run), make("td", v.id, "left"), make("td", v.cycle ?? ""), make("td", v.old ?? "–", `left ${v.old}`), make("td", v.new, `left ${v.new}`), make("td", v.why, "wrap")])));
     $("again-command").textContent = `${found.command} --json new.json; ${found.compared_by}`;
-  });
-});
-$("report")?.addEventListener("submit", (event) => {
-  event.preventDefault();
-  Desk.during(event.target.querySelector("button"), async () => {
-    $("report-said").textContent = "Making the report …";
-    try {
-      const found = await Desk.ask("/results/report", { ...sent(event.target), model: $("model").value });
-      $("report-said").textContent = `Made. ${found.said}`;
-      $("report-command").hidden = false; $("report-command").textContent = `The same as a command: ${found.command}`;
-      $("no-report").hidden = true;
-      $("files").replaceChildren(...found.files.map((name) => { const li = make("li"), a = make("a", name); a.href = `/results/file?path=${encodeURIComponent(name)}`; li.append(a); return li; }));
-    } catch (error) { $("report-said").textContent = ""; throw error; } finally { event.target.elements.password.value = ""; }
   });
 });
 

@@ -40,6 +40,12 @@ class Chosen:
         return tuple(map(word_of, self.paths))
 
     @property
+    def named(self) -> dict[str, list[str]]:
+        """Return them as a page sends them: run files, and folders."""
+        runs = [path for path in self.paths if path.endswith(RUN_SUFFIX)]
+        return {"run": runs, "folder": [path for path in self.paths if path not in runs]}
+
+    @property
     def query(self) -> str:
         """Return them as the query of an address."""
         named = [("run" if path.endswith(RUN_SUFFIX) else "folder", path) for path in self.paths]
