@@ -21,6 +21,7 @@ NAMES = {
     "mapping": "Mapping of a foreign record of bufferstand",
     "profile": "Register profile of bufferstand",
     "model": "Spring model of bufferstand",
+    "train": "Train file of bufferstand",
     "evaluation": "Evaluation document of bufferstand",
 }
 """Name → title."""
@@ -30,7 +31,7 @@ NAMES = {
 @click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
 def command(name: str) -> int:
     """Print the JSON Schema of a file: stand, recording-stand, campaign, specimen, limit-set, report,
-    publication, inspection, mapping, profile, model; or of the evaluation document: evaluation.
+    publication, inspection, mapping, profile, model, train; or of the evaluation document: evaluation.
 
     With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
     """
@@ -45,7 +46,7 @@ def schema_of(name: str) -> dict[str, Any]:
     return json_schema(described(name), NAMES[name])
 
 
-def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it is asked for
+def described(name: str) -> type:  # noqa: PLR0911, PLR0912 - each room is loaded when it is asked for
     """Return the schema, or the typed dictionary, of one of :data:`NAMES`."""
     match name:
         case "stand":
@@ -92,6 +93,10 @@ def described(name: str) -> type:  # noqa: PLR0911 - each room is loaded when it
             from bufferstand.model import ModelFile
 
             return ModelFile
+        case "train":
+            from bufferstand.model.train import TrainFile
+
+            return TrainFile
         case _:
             from bufferstand.evaluation.facts import EvaluationDocument
 
