@@ -1,9 +1,9 @@
 """The curves as two multibody programs read them: Modelica's tables, and MBDyn's scalar functions. In SI.
 
-Modelica: ``Modelica.Blocks.Tables.CombiTable1Ds`` with ``tableOnFile``, the text format of the Modelica Standard
-Library (documentation of the block; Wolfram System Modeler, *File Formats: CombiTimeTable Files*), which
-OpenModelica, Dymola and SystemModeler share. MBDyn: *Input File Format*, sections "Scalar functions" (multilinear)
-and "Scalar function elastic orthotropic".
+Modelica: ``Modelica.Blocks.Tables.CombiTable1Ds`` with ``tableOnFile``, the text format of the Modelica
+Standard Library (documentation of the block; Wolfram System Modeler, *File Formats: CombiTimeTable Files*),
+which OpenModelica, Dymola and SystemModeler share. MBDyn: *Input File Format*, sections "Scalar functions"
+(multilinear) and "Scalar function elastic orthotropic".
 """
 
 from __future__ import annotations
@@ -80,9 +80,7 @@ def export_modelica(
         If the file cannot be written.
     """
     lines = ["#1", *_head(model)]
-    lines.append(
-        "# columns: stroke [m], loading curve [N], unloading curve [N]; linear, extrapolated by the last two"
-    )
+    lines.append("# columns: stroke [m], loading curve [N], unloading curve [N]")
     for table in _tables(model, temperatures_C):
         rows = np.column_stack([table.stroke_m, table.loading_N, table.unloading_N]).tolist()
         name = f"curves_{_degrees(table.temperature_C)}"
@@ -96,7 +94,7 @@ def export_modelica(
 def export_mbdyn(
     model: SpringModel, folder: Path, stem: str, temperatures_C: Sequence[float] | None = None
 ) -> Path:
-    """Write ``STEM-mbdyn.mbd``: a scalar function of each curve and temperature, force [N] over extension [m].
+    """Write ``STEM-mbdyn.mbd``: of each curve a scalar function, force [N] over extension [m].
 
     In MBDyn extension and tension are positive: curves of a buffer are those of negative arguments.
 
@@ -119,9 +117,8 @@ def export_mbdyn(
             name = f"{_plain(stem)}_{curve}_{_degrees(table.temperature_C)}"
             lines += ["", f'scalar function: "{name}", multilinear,']
             lines.append(",\n".join(f"    {_number(x)}, {_number(y)}" for x, y in points) + ";")
-            lines.append(
-                f'# constitutive law: 1, 3, scalar function elastic orthotropic, "{name}", null, null;'
-            )
+            law = f'scalar function elastic orthotropic, "{name}", null, null'
+            lines.append(f"# constitutive law: 1, 3, {law};")
     path = folder / f"{stem}-mbdyn.mbd"
     write_text(path, "\n".join(lines) + "\n")
     return path

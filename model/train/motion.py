@@ -166,14 +166,24 @@ def move_train(train: Train) -> TrainMotion:
             largest[k] = np.where(above, now, largest[k])
             when[k] = np.where(above, step * dt, when[k])
         if step % every == 0 or step == steps:
-            kinetic = 0.5 * float(mass @ (speed * speed))
-            lost = float((push.lost_J() + pull.lost_J()).sum())
-            stored = push.stored_J() + pull.stored_J()
-            row = (step * dt, speed, between, nearer - distance, kinetic, stored, lost, float(mass @ speed))
-            rows.append(row)
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
+            energies = (
+                0.5 * float(mass @ (speed * speed)),
+                push.stored_J() + pull.stored_J(),
+                float((push.lost_J() + pull.lost_J()).sum()),
+            )
+            rows.append((step * dt, speed, between, nearer - distance, *energies, float(mass @ speed)))
+    time, speeds, forces, closing, kinetic, stored, lost, momentum = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
     return TrainMotion(
-        *columns,
+        time_s=time,
+        speed_m_per_s=speeds,
+        gap_force_kN=forces,
+        closing_mm=closing,
+        kinetic_J=kinetic,
+        stored_J=stored,
+        lost_J=lost,
+        momentum_Ns=momentum,
         largest_push_kN=largest[0],
         largest_pull_kN=largest[1],
         time_of_push_s=when[0],
