@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from bufferstand.model.stepper import (
         SpringStepper,
     )
-    from bufferstand.model.train.impact import (
+    from bufferstand.model.train import (
         ImpactPrediction,
         impact_to,
         predict_impact,

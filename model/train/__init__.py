@@ -12,6 +12,11 @@ if TYPE_CHECKING:
         TrainFile,
         load_train,
     )
+    from bufferstand.model.train.impact import (
+        ImpactPrediction,
+        impact_to,
+        predict_impact,
+    )
     from bufferstand.model.train.motion import (
         TrainMotion,
         move_train,
@@ -29,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Gap",
+    "ImpactPrediction",
     "Springs",
     "Train",
     "TrainFigures",
@@ -36,8 +42,10 @@ __all__ = [
     "TrainMotion",
     "Vehicle",
     "figures_of",
+    "impact_to",
     "load_train",
     "move_train",
+    "predict_impact",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)
