@@ -25,7 +25,6 @@ from bufferstand.model.compiled import factors_of, law_of, rest_of
 from bufferstand.model.file import load_model
 from bufferstand.model.isothermal import isothermal_force
 from bufferstand.model.spring import SpringModel, ViscousBranch
-from examples.train_impact import MODELS
 
 Floats = NDArray[np.float64]
 STEP_S = 1e-3
@@ -109,7 +108,7 @@ def measure(folder: Path, *, samples: int, rounds: int) -> Sequence[float]:
         raise NotHere("needs a C compiler (cc)")
     if not kernels.available():
         raise NotHere("needs numba (the extra fast)")
-    model = load_model(MODELS / "category-a-elastomer.toml")
+    model = load_model(ROOT / "sample_runs/models/category-a-elastomer.toml")
     strokes = 50.0 - 45.0 * np.cos(2.0 * np.pi * 0.849 * STEP_S * np.arange(samples))
     loops = c_loops(folder)
     return isothermal(model, strokes, loops, rounds), stepwise(model, strokes, loops, rounds)

@@ -16,11 +16,6 @@ if TYPE_CHECKING:
         load_model,
         save_model,
     )
-    from bufferstand.model.impact import (
-        ImpactPrediction,
-        impact_to,
-        predict_impact,
-    )
     from bufferstand.model.paper_runs import (
         SEQUENCE_mm,
         SimulatedRun,
@@ -47,6 +42,11 @@ if TYPE_CHECKING:
     )
     from bufferstand.model.stepper import (
         SpringStepper,
+    )
+    from bufferstand.model.train import (
+        ImpactPrediction,
+        impact_to,
+        predict_impact,
     )
 
 __all__ = [

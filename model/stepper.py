@@ -161,6 +161,14 @@ class SpringStepper:
         self.band = p
         return force
 
+    def force_at(self, stroke_mm: float, dt_s: float) -> float:
+        """Get the force [kN] that :meth:`step` would give, without going there."""
+        kept, inner = self.__dict__.copy(), self._inner.copy()
+        force = self.step(stroke_mm, dt_s)
+        self.__dict__.update(kept)
+        self._inner = inner
+        return force
+
     @property
     def lags_mm(self) -> list[float]:
         """Lags x - xi of the viscous branches [mm]; with stroke, band and temperature its whole state."""

@@ -23,6 +23,7 @@ NAMES = {
     "modbus-io": "Description of a Modbus device of bufferstand",
     "ascii-line": "Description of an amplifier that speaks lines, of bufferstand",
     "model": "Spring model of bufferstand",
+    "train": "Train file of bufferstand",
     "evaluation": "Evaluation document of bufferstand",
 }
 """Name → title."""
@@ -32,8 +33,8 @@ NAMES = {
 @click.argument("name", metavar="NAME", type=click.Choice(list(NAMES)))
 def command(name: str) -> int:
     """Print the JSON Schema of a file: stand, recording-stand, campaign, specimen, limit-set, report,
-    publication, inspection, mapping, profile, modbus-io, ascii-line, model; or of the evaluation document:
-    evaluation.
+    publication, inspection, mapping, profile, modbus-io, ascii-line, model, train; or of the evaluation
+    document: evaluation.
 
     With it an editor completes keys, shows what they mean and marks what is wrong (docs/schemas.md).
     """
@@ -103,6 +104,10 @@ def described(name: str) -> type:  # noqa: PLR0911, PLR0912 - each room is loade
             from bufferstand.model import ModelFile
 
             return ModelFile
+        case "train":
+            from bufferstand.model.train import TrainFile
+
+            return TrainFile
         case _:
             from bufferstand.evaluation.facts import EvaluationDocument
 

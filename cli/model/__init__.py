@@ -21,6 +21,9 @@ if TYPE_CHECKING:
         settings_of,
         sittings,
     )
+    from bufferstand.cli.model.train_picture import (
+        picture_train,
+    )
     from bufferstand.cli.model.view import (
         show_cycles,
         show_identification,
@@ -32,6 +35,7 @@ __all__ = [
     "document_of",
     "picture_comparison",
     "picture_simulation",
+    "picture_train",
     "picture_warming",
     "read_runs",
     "save_picture",

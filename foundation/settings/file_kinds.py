@@ -11,6 +11,7 @@ KINDS: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "RecordingStand": ("a stand file", ("stand", "acquisition")),
     "SpecimenFile": ("a specimen file", ("specimen",)),
     "ModelFile": ("a spring model", ("model", "curves")),
+    "TrainFile": ("a train file", ("train", "vehicle")),
     "ProfileFile": ("a register profile", ("profile", "register")),
     "Description": ("a description of a Modbus device", ("source", "point")),
     "FaultFile": ("a file of faults", ("fault",)),

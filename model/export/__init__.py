@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from bufferstand.model.export.fmu import (
         export_fmu,
     )
+    from bufferstand.model.export.multibody import (
+        export_mbdyn,
+        export_modelica,
+    )
     from bufferstand.model.export.options import (
         FmuOptions,
     )
@@ -31,6 +35,8 @@ __all__ = [
     "Units",
     "export_c",
     "export_fmu",
+    "export_mbdyn",
+    "export_modelica",
     "export_tables",
 ]
 

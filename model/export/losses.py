@@ -32,3 +32,11 @@ FANCHER = (
     "Fancher's step is exact for small strokes only: beside beta a step must be short.",
 )
 """Of the table in Fancher's form."""
+
+MULTIBODY = (
+    "The temperature does not follow the heat: each table holds at its one temperature.",
+    "No memory: neither has a table element that crosses from one curve to the other; that is the user's.",
+    "No rate: the viscous branch and the flat spectrum are left out; the curves are those of a slow stroke.",
+    "Between the given strokes the curves are straight; a preload rises within 0.1 mm before contact.",
+)
+"""Of the tables for Modelica and MBDyn."""

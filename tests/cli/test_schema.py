@@ -34,6 +34,7 @@ FILES = {
     "inspection": [CHECKLIST],
     "profile": sorted((ROOT / "drivers").rglob("profiles/*.toml")),
     "model": sorted((SAMPLES / "models").glob("*.toml")),
+    "train": sorted((SAMPLES / "trains").glob("*.toml")),
 }
 
 

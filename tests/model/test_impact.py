@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from bufferstand.model.curves import Curves
-from bufferstand.model.impact import impact_to, predict_impact
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw
+from bufferstand.model.train.impact import impact_to, predict_impact
 from tests.model.recipes import category_a, category_a_with_frequency
 
 

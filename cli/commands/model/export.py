@@ -19,6 +19,8 @@ from bufferstand.model.export import Positive, Units
 @click.argument("model", metavar="MODEL.toml", type=EXISTING)
 @click.option("--fmu", metavar="FILE.fmu", type=FILE, help="FMI 2.0, Model Exchange and Co-Simulation.")
 @click.option("--tables", metavar="DIR", type=FOLDER, help="Curves as CSV and JSON, and in Fancher's form.")
+@click.option("--modelica", metavar="DIR", type=FOLDER, help="Curves as a table file of Modelica.")
+@click.option("--mbdyn", metavar="DIR", type=FOLDER, help="Curves as scalar functions of MBDyn.")
 @click.option("--c", "c_folder", metavar="DIR", type=FOLDER, help="One C header with core and curves.")
 @click.option(
     "--tension-positive", "positive", flag_value="tension", help="FMU: stroke and force of tension positive."
@@ -50,6 +52,8 @@ def command(
     model: Path,
     fmu: Path | None,
     tables: Path | None,
+    modelica: Path | None,
+    mbdyn: Path | None,
     c_folder: Path | None,
     positive: Positive | None,
     units: Units,
@@ -63,11 +67,19 @@ def command(
     of the two switches is given; the FMU also has a parameter for it.
     """
     from bufferstand.model import load_model
-    from bufferstand.model.export import FmuOptions, export_c, export_fmu, export_tables
+    from bufferstand.model.export import (
+        FmuOptions,
+        export_c,
+        export_fmu,
+        export_mbdyn,
+        export_modelica,
+        export_tables,
+    )
 
-    if not (fmu or tables or c_folder):
-        raise BadInput("nothing to write", file="model export", remedy="give --fmu, --tables or --c")
-    if temperatures and not tables:
+    if not (fmu or tables or modelica or mbdyn or c_folder):
+        ways = "--fmu, --tables, --modelica, --mbdyn or --c"
+        raise BadInput("nothing to write", file="model export", remedy=f"give {ways}")
+    if temperatures and not (tables or modelica or mbdyn):
         raise BadInput("only tables hold at chosen temperatures", file="--temperature", remedy="add --tables")
     spring = load_model(model)
     written: list[Path] = []
@@ -77,6 +89,10 @@ def command(
         written.append(fmu)
     if tables:
         written += export_tables(spring, tables, model.stem, temperatures or None)
+    if modelica:
+        written.append(export_modelica(spring, modelica, model.stem, temperatures or None))
+    if mbdyn:
+        written.append(export_mbdyn(spring, mbdyn, model.stem, temperatures or None))
     if c_folder:
         written += export_c(spring, c_folder, model.stem)
     reference = spring.temperature.reference_C

@@ -11,6 +11,7 @@ COMMANDS = {
     "families": "Which kind of spring it is: eight families on the same runs, and the run that tells them.",
     "simulate": "Force, heat and temperature over a stroke history: a table and a picture.",
     "compare": "A model against measured runs: damping, end force, temperature, residuals, pictures.",
+    "train": "Vehicles with springs of their own models run into each other: forces, speeds, energies.",
     "export": "Hand a model on to multibody tools.",
     "paper": "The paper's figures from simulated runs, and a table of differences.",
 }
