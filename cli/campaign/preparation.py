@@ -72,7 +72,14 @@ def prepare(
         If a file cannot be read or breaks its schema, a setting lies outside its bounds, a step breaks a
         limit, or a specimen that heat destroys has no temperature stop and no consent.
     """
-    campaign = load_campaign(path)
+    return prepare_campaign(load_campaign(path), devices_from=devices_from, over=over)
+
+
+def prepare_campaign(
+    campaign: Campaign, *, devices_from: Path | None = None, over: Sequence[Mapping[str, Any]] = ()
+) -> PreparedCampaign:
+    """Plan a campaign that was read, or made; parameters and errors as :func:`prepare`."""
+    path = campaign.path
     stand_file = load_stand(demand_named(campaign.stand_path, path, ("campaign", "stand")))
     of_specimen = demand_named(campaign.specimen_path, path, ("campaign", "specimen"))
     specimen_file = load_specimen(of_specimen)

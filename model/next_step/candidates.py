@@ -22,10 +22,10 @@ _COOLING_S = (120.0, 300.0, 900.0)
 def measuring(reach_mm: float) -> tuple[Piece, ...]:
     """Return the pieces that measure, for a stroke that runs may reach [mm]."""
     reach = _REACH_SHARE * reach_mm
-    strokes = [SlowStroke(reach, speed) for speed in (5.0, 20.0)]
-    small = [Loops(at * reach, size * reach, 0.5, 3) for at, size in _SMALL]
+    strokes = [SlowStroke(_rounded(reach), speed) for speed in (5.0, 20.0)]
+    small = [_loops(at * reach, size * reach, 0.5, 3) for at, size in _SMALL]
     large = [
-        Loops(at * reach, size * reach, rate, 1 if rate < 0.05 else 3)
+        _loops(at * reach, size * reach, rate, 1 if rate < 0.05 else 3)
         for at, size in _LARGE
         for rate in _FREQUENCIES_Hz
     ]
@@ -35,7 +35,16 @@ def measuring(reach_mm: float) -> tuple[Piece, ...]:
 def heating(reach_mm: float) -> tuple[Piece, ...]:
     """Return the pieces that warm the spring."""
     reach = _REACH_SHARE * reach_mm
-    return tuple(Loops(at * reach, size * reach, rate, cycles) for at, size, rate, cycles in _HEATING)
+    return tuple(_loops(at * reach, size * reach, rate, cycles) for at, size, rate, cycles in _HEATING)
+
+
+def _loops(prestress_mm: float, amplitude_mm: float, frequency_Hz: float, cycles: int) -> Loops:
+    return Loops(_rounded(prestress_mm), _rounded(amplitude_mm), frequency_Hz, cycles)
+
+
+def _rounded(stroke_mm: float) -> float:
+    """Return a stroke as a campaign file states it, to 0.1 mm."""
+    return round(stroke_mm, 1)
 
 
 def candidates(reach_mm: float, admitted: Callable[[Piece], bool]) -> tuple[Candidate, ...]:

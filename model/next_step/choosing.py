@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bufferstand.model.identification import NAMES
 from bufferstand.model.next_step.knowledge import Effect, Knowledge
-from bufferstand.model.next_step.pieces import Candidate, Piece
+from bufferstand.model.next_step.pieces import Candidate, Piece, Rest
 
 Floats = NDArray[np.float64]
 
@@ -202,7 +202,8 @@ def _after(
     """Return what is known after all pieces of a candidate; None if the specimen becomes too warm."""
     for piece in candidate:
         effect = effects[piece]
-        if effect.highest_C(knowledge.temperature_C) > warmest_C:
+        resting = isinstance(piece, Rest)  # whatever it is too warm from
+        if not resting and effect.highest_C(knowledge.temperature_C) > warmest_C:
             return None
         knowledge = knowledge.after(effect)
     return knowledge

@@ -33,6 +33,8 @@ Floats = NDArray[np.float64]
 
 _RESTED_K = 0.5
 """A specimen that has rested is as warm as the air within this (one standard deviation)."""
+_FOR_EVER = 1e3
+"""Square root of how often a step is repeated to see what no repetition lowers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,16 +102,19 @@ class Knowledge:
 
     def after(self, effect: Effect) -> Knowledge:
         """Return what will be known after a step."""
-        root = effect.root(self.temperature_C)
-        P = self.covariance
-        seen = root @ P
-        inner = np.eye(len(root)) + seen @ root.T
-        P = P - seen.T @ np.linalg.solve(inner, seen)
+        P = _told(self.covariance, effect.root(self.temperature_C))
         ends = effect.ends(self.temperature_C)
         step = np.eye(len(P))
         step[-STATES:] = ends
         P = step @ P @ step.T
         return replace(self, covariance=0.5 * (P + P.T), temperature_C=effect.end_C(self.temperature_C))
+
+    def limit(self, effects: Iterable[Effect]) -> Knowledge:
+        """Return what would be known if every step were repeated for ever: errors of the channels stay."""
+        found = self
+        for effect in effects:
+            found = replace(found, covariance=_told(found.covariance, _FOR_EVER * effect.root(self.temperature_C)))
+        return found
 
     def at(self, temperature_C: float) -> Knowledge:
         """Return the same of a specimen that has rested until it was as warm as its surroundings."""
@@ -172,9 +177,11 @@ def known_by(
     return Knowledge(spring, P, ambient_C).at(ambient_C)
 
 
-def rested(knowledge: Knowledge) -> Knowledge:
-    """Return the same of a specimen that has rested overnight."""
-    return knowledge.at(knowledge.spring.ambient_C)
+def _told(covariance: Floats, root: Floats) -> Floats:
+    """Return P - P Rᵀ (1 + R P Rᵀ)⁻¹ R P."""
+    seen = root @ covariance
+    told = covariance - seen.T @ np.linalg.solve(np.eye(len(root)) + seen @ root.T, seen)
+    return np.asarray(0.5 * (told + told.T), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
