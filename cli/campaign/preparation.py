@@ -53,7 +53,11 @@ class PreparedCampaign:
 
 
 def prepare(
-    path: Path, *, devices_from: Path | None = None, over: Sequence[Mapping[str, Any]] = ()
+    path: Path,
+    *,
+    devices_from: Path | None = None,
+    over: Sequence[Mapping[str, Any]] = (),
+    rounds: int = 1,
 ) -> PreparedCampaign:
     """Read a campaign file and what it names, and plan it.
 
@@ -65,6 +69,8 @@ def prepare(
         Folder that relative paths of devices start from; that of the stand file if not given.
     over : sequence of mapping
         Steps that are complete, as data of an earlier plan: no stricter limit refuses them any more.
+    rounds : int
+        So many times over.
 
     Raises
     ------
@@ -72,7 +78,7 @@ def prepare(
         If a file cannot be read or breaks its schema, a setting lies outside its bounds, a step breaks a
         limit, or a specimen that heat destroys has no temperature stop and no consent.
     """
-    return prepare_campaign(load_campaign(path), devices_from=devices_from, over=over)
+    return prepare_campaign(load_campaign(path).in_rounds(rounds), devices_from=devices_from, over=over)
 
 
 def prepare_campaign(

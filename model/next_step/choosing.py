@@ -203,7 +203,8 @@ def _after(
     for piece in candidate:
         effect = effects[piece]
         resting = isinstance(piece, Rest)  # whatever it is too warm from
-        if not resting and effect.highest_C(knowledge.temperature_C) > warmest_C:
+        warmth = effect.warmth(knowledge.temperature_C, knowledge.sensor_C)
+        if not resting and effect.highest_C(warmth) > warmest_C:
             return None
         knowledge = knowledge.after(effect)
     return knowledge

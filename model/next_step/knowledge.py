@@ -3,14 +3,14 @@
 The unknowns are the spring's vector, the errors that the channels have in all runs, and the state in which the
 next step begins: temperatures of mass and sensor, and inner stroke. All are held in units of what is known of
 them beforehand. A step adds the information Hᵀ H over the correlation that the fit found (the fit's own
-weights and effective number of samples), and hands its last state on: P ← P - P Rᵀ (1 + R P Rᵀ)⁻¹ R P with
+weights and effective number of samples), and hands its last temperatures on: P ← P - P Rᵀ (1 + R P Rᵀ)⁻¹ R P with
 Rᵀ R = Hᵀ H, then the state's rows by the chain rule. So no step raises a variance, steps in a row
 know of each other's warmth, and what is wrong with a channel stays as it is however often a step is repeated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,6 +33,8 @@ Floats = NDArray[np.float64]
 
 _RESTED_K = 0.5
 """A specimen that has rested is as warm as the air within this (one standard deviation)."""
+_LEFT_mm = 5.0
+"""Inner stroke that a step may have left: where it matters, it is beyond the contact ramp."""
 _FOR_EVER = 1e3
 """Square root of how often a step is repeated to see what no repetition lowers."""
 
@@ -76,13 +78,14 @@ class Knowledge:
     spring : Spring
     covariance : array, shape (p + q + 3, p + q + 3)
         Of spring, shared errors and present state, in units of what is known beforehand.
-    temperature_C : float
-        Of the specimen's mass at present.
+    temperature_C, sensor_C : float
+        Of the specimen's mass, and as its sensor shows it, at present.
     """
 
     spring: Spring
     covariance: Floats
     temperature_C: float
+    sensor_C: float
 
     @property
     def of_spring(self) -> Floats:
@@ -102,26 +105,31 @@ class Knowledge:
 
     def after(self, effect: Effect) -> Knowledge:
         """Return what will be known after a step."""
-        P = _told(self.covariance, effect.root(self.temperature_C))
-        ends = effect.ends(self.temperature_C)
+        warmth = effect.warmth(self.temperature_C, self.sensor_C)
+        P = _told(self.covariance, effect.root(warmth))
+        ends = effect.ends(warmth)
         step = np.eye(len(P))
         step[-STATES:] = ends
         P = step @ P @ step.T
-        return replace(self, covariance=0.5 * (P + P.T), temperature_C=effect.end_C(self.temperature_C))
+        P[-1, -1] = 1.0
+        mass_C, sensor_C = effect.end_C(warmth)
+        return replace(self, covariance=0.5 * (P + P.T), temperature_C=mass_C, sensor_C=sensor_C)
 
     def limit(self, effects: Iterable[Effect]) -> Knowledge:
         """Return what would be known if every step were repeated for ever: errors of the channels stay."""
         found = self
         for effect in effects:
-            found = replace(found, covariance=_told(found.covariance, _FOR_EVER * effect.root(self.temperature_C)))
+            root = effect.root(effect.warmth(self.temperature_C, self.sensor_C))
+            found = replace(found, covariance=_told(found.covariance, _FOR_EVER * root))
         return found
 
-    def at(self, temperature_C: float) -> Knowledge:
-        """Return the same of a specimen that has rested until it was as warm as its surroundings."""
+    def at(self, temperature_C: float, sensor_C: float | None = None) -> Knowledge:
+        """Return the same of a specimen of this temperature; its sensor is even with it unless given [°C]."""
         P = self.covariance.copy()
+        shown_C = temperature_C if sensor_C is None else sensor_C
         P[-STATES:], P[:, -STATES:] = 0.0, 0.0
         P[-STATES:-1, -STATES:-1] = (_RESTED_K / STATE_RANGES[0]) ** 2
-        return replace(self, covariance=P, temperature_C=temperature_C)
+        return replace(self, covariance=P, temperature_C=temperature_C, sensor_C=shown_C)
 
 
 def knowledge_of(
@@ -174,7 +182,7 @@ def known_by(
     for name in untold:
         at = frame.place(name)
         P[at], P[:, at], P[at, at] = 0.0, 0.0, 1.0
-    return Knowledge(spring, P, ambient_C).at(ambient_C)
+    return Knowledge(spring, P, ambient_C, ambient_C).at(ambient_C)
 
 
 def _told(covariance: Floats, root: Floats) -> Floats:
@@ -188,15 +196,16 @@ def _told(covariance: Floats, root: Floats) -> Floats:
 class _Rows:
     rows: Floats
     ends: Floats
-    end_C: float
-    highest_C: float
+    temperatures_C: Floats
+    """Of mass and sensor at the end, and the highest of the mass."""
 
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """What a piece adds, as a function of the temperature at which it begins.
+    """What a piece adds, as a function of the temperatures of mass and sensor at which it begins.
 
-    Its rows are found at two temperatures and taken as linear between: softening is.
+    Its rows are found at three pairs of them and taken as linear between: softening is, and so is a sensor
+    that lags behind.
 
     Attributes
     ----------
@@ -207,38 +216,51 @@ class Effect:
 
     piece: Piece
     duration_s: float
-    _cold: _Rows
-    _warm: _Rows
     _between_C: tuple[float, float]
-    _products: tuple[Floats, Floats, Floats]
-    """Of the rows at the one temperature and their change to the other."""
+    _products: Floats
+    """Of the rows at the first pair, of their change with warmth, and with the sensor's lag: (3, 3, z, z)."""
+    _ends: Floats
+    _temperatures_C: Floats
 
-    def _share(self, temperature_C: float) -> float:
+    @classmethod
+    def of(cls, piece: Piece, between_C: tuple[float, float], parts: Sequence[_Rows]) -> Effect:
+        """Return the effect of a piece by its rows at cold, at warm, and at warm with a cold sensor."""
+        cold, warm, lagging = parts
+        rows = (cold.rows, warm.rows - cold.rows, lagging.rows - warm.rows)
+        ends = (cold.ends, warm.ends - cold.ends, lagging.ends - warm.ends)
+        T = [one.temperatures_C for one in parts]
+        return cls(
+            piece,
+            seconds_of(piece),
+            between_C,
+            np.array([[one.T @ other for other in rows] for one in rows]),
+            np.array(ends),
+            np.array([T[0], T[1] - T[0], T[2] - T[1]]),
+        )
+
+    def warmth(self, mass_C: float, sensor_C: float) -> Floats:
+        """Return the shares of the three parts at these temperatures [°C], shape (3,)."""
         low, high = self._between_C
-        return (temperature_C - low) / (high - low)
+        return np.array([1.0, (mass_C - low) / (high - low), (mass_C - sensor_C) / (high - low)])
 
-    def root(self, temperature_C: float) -> Floats:
+    def root(self, warmth: Floats) -> Floats:
         """Return R with Rᵀ R = Hᵀ H over the correlation, shape (r, p + q + 3)."""
-        t = self._share(temperature_C)
-        cold, cross, change = self._products
-        values, vectors = np.linalg.eigh(cold + t * cross + t * t * change)
+        values, vectors = np.linalg.eigh(np.einsum("i,j,ijkl->kl", warmth, warmth, self._products))
         kept = values > 1e-14 * values[-1]
         return np.asarray(np.sqrt(values[kept])[:, None] * vectors[:, kept].T, dtype=np.float64)
 
-    def ends(self, temperature_C: float) -> Floats:
+    def ends(self, warmth: Floats) -> Floats:
         """Return how the last state follows from spring, errors and first state, shape (3, p + q + 3)."""
-        t = self._share(temperature_C)
-        return self._cold.ends + t * (self._warm.ends - self._cold.ends)
+        return np.asarray(np.tensordot(warmth, self._ends, axes=1), dtype=np.float64)
 
-    def end_C(self, temperature_C: float) -> float:  # noqa: N802 - the unit keeps its capital
-        """Return how warm the specimen is afterwards [°C]."""
-        t = self._share(temperature_C)
-        return self._cold.end_C + t * (self._warm.end_C - self._cold.end_C)
+    def end_C(self, warmth: Floats) -> tuple[float, float]:  # noqa: N802 - the unit keeps its capital
+        """Return how warm mass and sensor are afterwards [°C]."""
+        mass_C, sensor_C, _ = (warmth @ self._temperatures_C).tolist()
+        return mass_C, sensor_C
 
-    def highest_C(self, temperature_C: float) -> float:  # noqa: N802 - the unit keeps its capital
-        """Return how warm the specimen becomes [°C]."""
-        t = self._share(temperature_C)
-        return self._cold.highest_C + t * (self._warm.highest_C - self._cold.highest_C)
+    def highest_C(self, warmth: Floats) -> float:  # noqa: N802 - the unit keeps its capital
+        """Return how warm the mass becomes [°C]."""
+        return float(warmth @ self._temperatures_C[:, 2])
 
 
 def effects_of(
@@ -254,18 +276,17 @@ def effects_of(
         Two temperatures at which they may begin, between which their rows are taken as linear [°C].
     """
     each = list(dict.fromkeys(pieces))
-    rows = _rows(spring, [(piece, T) for piece in each for T in between_C])
-    found = {}
-    for piece, cold, warm in zip(each, rows[::2], rows[1::2], strict=True):
-        change = warm.rows - cold.rows
-        cross = cold.rows.T @ change
-        products = (cold.rows.T @ cold.rows, cross + cross.T, change.T @ change)
-        found[piece] = Effect(piece, seconds_of(piece), cold, warm, between_C, products)
-    return found
+    low, high = between_C
+    pairs = ((low, low), (high, high), (high, low))
+    rows = _rows(spring, [(piece, pair) for piece in each for pair in pairs])
+    return {
+        piece: Effect.of(piece, between_C, rows[3 * number : 3 * number + 3])
+        for number, piece in enumerate(each)
+    }
 
 
-def _rows(spring: Spring, begun: list[tuple[Piece, float]]) -> list[_Rows]:
-    """Return rows and last states of pieces, each by itself from its first temperature [°C]."""
+def _rows(spring: Spring, begun: list[tuple[Piece, tuple[float, float]]]) -> list[_Rows]:
+    """Return rows and last states of pieces, each by itself from temperatures of mass and sensor [°C]."""
     noise, p, q = spring.noise, spring.frame.size, len(spring.errors.names)
     experiments = []
     for piece, _ in begun:
@@ -275,7 +296,7 @@ def _rows(spring: Spring, begun: list[tuple[Piece, float]]) -> list[_Rows]:
         )
         experiments.append(replace(one, rested=False))
     problem = Problem(spring.frame, experiments)
-    starts = [(start_C, start_C, 0.0) for _, start_C in begun]
+    starts = [(*pair, _LEFT_mm) for _, pair in begun]
     vector = np.concatenate([spring.vector, np.ravel(starts)])
     scale = problem.scales(vector)
     jacobian, ends = problem.derivatives(vector, np.ones(vector.size, dtype=np.bool_))
@@ -290,12 +311,12 @@ def _rows(spring: Spring, begun: list[tuple[Piece, float]]) -> list[_Rows]:
         shared = columns(experiment, given, spring.errors)
         states = slice(STATES * number, STATES * (number + 1))
         last = ends[states, own] * scale[own] / np.array(STATE_RANGES)[:, None]
+        last[-1] = 0.0  # what is left of the overstress is taken as unknown after each step
         found.append(
             _Rows(
                 np.concatenate([rows[:, :p], shared, rows[:, p:]], axis=1) / np.sqrt(noise.correlation),
                 np.concatenate([last[:, :p], np.zeros((STATES, q)), last[:, p:]], axis=1),
-                float(given.temperature_C[-1]),
-                float(given.temperature_C.max()),
+                np.array([given.temperature_C[-1], given.sensor_C[-1], given.temperature_C.max()]),
             )
         )
     return found

@@ -174,7 +174,7 @@ class _Nodes:
         self._t, self._x, self._half = [np.zeros(1)], [np.zeros(1)], [np.zeros(1, dtype=np.intp)]
         self._number, self._way = 0, 1
         self._weight = [np.ones(1)]
-        self._coarser = 1
+        self._coarser, self._each = 1, 1.0
         self._sensor_s: list[Floats] = []
 
     def coarser(self, by: int) -> None:
@@ -211,16 +211,23 @@ class _Nodes:
         self._sensor_s.append(np.arange(since_s, self.time_s, every_s))
 
     def _marks(self, to_mm: float) -> Floats:
+        """Return the strokes of a half stroke's nodes; the end is its turn."""
         total = abs(to_mm - self._at_mm)
         if total == 0.0:
             return np.empty(0)
-        near_mm, far_mm = self._coarser * self._spacing.near_mm, self._coarser * self._spacing.far_mm
-        ways = [0.0]
-        while ways[-1] < total:
-            from_turn = min(ways[-1], total - ways[-1])
-            ways.append(ways[-1] + min(near_mm + self._spacing.growth * from_turn, far_mm))
-        ways = [way for way in ways[1:-1] if total - way > 0.5 * near_mm]
+        ways = self._ways(total, self._coarser)
+        self._each = len(self._ways(total, 1)) / len(ways) if self._coarser > 1 else 1.0
         return self._at_mm + np.sign(to_mm - self._at_mm) * np.array([*ways, total])
+
+    def _ways(self, total_mm: float, coarser: int) -> list[float]:
+        """Return the ways from one turn to the next at which nodes lie, the turns left out."""
+        near_mm, far_mm = coarser * self._spacing.near_mm, coarser * self._spacing.far_mm
+        ways = [0.0]
+        while ways[-1] < total_mm:
+            from_turn = min(ways[-1], total_mm - ways[-1])
+            ways.append(ways[-1] + min(near_mm + self._spacing.growth * from_turn, far_mm))
+        inner = [way for way in ways[1:-1] if total_mm - way > 0.5 * self._spacing.near_mm]
+        return inner or [0.5 * total_mm]
 
     def _append(self, after_s: Floats, x: Floats) -> None:
         if not x.size:
@@ -232,7 +239,7 @@ class _Nodes:
         self._t.append(self.time_s + after_s)
         self._x.append(x.copy())
         self._half.append(np.full(x.size, self._number, dtype=np.intp))
-        self._weight.append(np.full(x.size, float(self._coarser)))
+        self._weight.append(np.full(x.size, self._each))
 
     def drive(self, noise: RunNoise, ambient_C: float) -> Drive:
         time, stroke, half = (np.concatenate(parts) for parts in (self._t, self._x, self._half))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.model.curves import Curves
-from bufferstand.model.identification import BandStage, Drive, LagStage, Reduction, answer, spectrum_lags
+from bufferstand.model.identification import Answer, BandStage, Drive, LagStage, Reduction, answer
 from bufferstand.model.next_step import Loops, Piece, Rest, RunNoise, SharedErrors, SlowStroke, drive_of
 from bufferstand.model.spring import SpringModel
 from bufferstand.model.tables import BandTables
@@ -57,13 +57,17 @@ def drawn(random: np.random.Generator, per_decade: float, factor: float) -> Spri
     )
 
 
-def sitting(model: SpringModel, pieces: list[Piece], seed: int, noise: RunNoise = NOISE) -> Drive:
-    """What is measured of pieces in a row from rest; the same seed measures the same first pieces alike."""
-    drive = drive_of(tuple(pieces), noise, AMBIENT_C)
+def _answered(model: SpringModel, drive: Drive) -> Answer:
     band = BandStage.of(BandTables.of(model.curves, model.temperature.depth_mm), drive.stroke_mm)
     lag = LagStage.of(band, drive.time_s, model.viscous, half=drive.half)
     ends = {"start_C": AMBIENT_C, "sensor_start_C": AMBIENT_C, "ambient_C": AMBIENT_C}
-    given = answer(model, drive.time_s, band, lag, **ends)
+    return answer(model, drive.time_s, band, lag, **ends)
+
+
+def sitting(model: SpringModel, pieces: list[Piece], seed: int, noise: RunNoise = NOISE) -> Drive:
+    """What is measured of pieces in a row from rest; the same seed measures the same first pieces alike."""
+    drive = drive_of(tuple(pieces), noise, AMBIENT_C)
+    given = _answered(model, drive)
     channels, white, slow, turns, read = np.random.default_rng(seed).spawn(5)
     error = channels.normal(size=6)
     count = drive.node.size
@@ -86,6 +90,35 @@ def _slow(random: np.random.Generator, count: int) -> np.ndarray:
     for one, length in zip(white, (4, 16, 64, 256), strict=True):
         total += np.repeat(one[: count // length + 1], length)[:count]
     return total / 2.0
+
+
+def stopped(model: SpringModel, pieces: list[Piece], stop_C: float = 40.0, resume_C: float = 36.0) -> list[Piece]:
+    """The pieces as the stand runs them: one whose specimen comes to the stop is ended, and waited after.
+
+    As ``on_temperature_stop = "skip"`` with ``temperature_resume_C = 36`` of that campaign does.
+    """
+    found: list[Piece] = []
+    for piece in pieces:
+        found.append(piece)
+        T = temperatures(model, found)
+        if not isinstance(piece, Loops) or T.max() <= stop_C:
+            continue
+        cycles = piece.cycles
+        while cycles > 1 and T.max() > stop_C:
+            share = (stop_C - AMBIENT_C) / (T.max() - AMBIENT_C)
+            cycles = max(1, min(cycles - 1, int(cycles * share)))
+            found[-1] = replace(piece, cycles=cycles)
+            T = temperatures(model, found)
+        tau_s = model.heat.capacity_J_per_K / model.heat.loss_W_per_K
+        wait_s = tau_s * np.log(max(T[-1] - AMBIENT_C, 0.1) / (resume_C - AMBIENT_C))
+        if wait_s > 0.0:
+            found.append(Rest(float(wait_s)))
+    return found
+
+
+def temperatures(model: SpringModel, pieces: list[Piece]) -> np.ndarray:
+    """Temperatures of the mass at the nodes of pieces in a row."""
+    return _answered(model, drive_of(tuple(pieces), NOISE, AMBIENT_C)).temperature_C
 
 
 def template(reach_mm: float = REACH_mm) -> list[Piece]:

@@ -35,6 +35,7 @@ from tests.model.next_step.sittings import (
     SPEED_MAX_mm_per_s,
     drawn,
     sitting,
+    stopped,
     template,
 )
 
@@ -117,7 +118,7 @@ def spring_of(seed: int) -> tuple[str, SpringModel]:
 def compared(seed: int) -> Compared:
     """Run one campaign by both arms."""
     kind, model = spring_of(seed)
-    fixed = template()
+    fixed = stopped(model, template())
     by_template = identify([sitting(model, fixed, seed)], SETTINGS)
     asked, asked_curve = told(by_template), curve(by_template)
     pieces: list[Piece] = [SlowStroke(0.95 * REACH_mm, 5.0, 1)]
@@ -155,7 +156,7 @@ def compared(seed: int) -> Compared:
 def _at_end(knowledge, found):
     """The next step follows at once: the spring is as warm as the last one left it."""
     [given] = found.solution.problem.answers(found.solution.vector)
-    return knowledge.at(float(given.temperature_C[-1]))
+    return knowledge.at(float(given.temperature_C[-1]), float(given.sensor_C[-1]))
 
 
 def summary(rows: list[Compared]) -> str:
