@@ -84,7 +84,10 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Res
         return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over, rounds=record.rounds))
     _check_one_side(record, folder, by_copies, by_originals, choice)
     if originals is not None and by_originals:
-        edits, prepared = by_originals, prepare(originals.root / originals.campaign, over=over, rounds=record.rounds)
+        edits, prepared = (
+            by_originals,
+            prepare(originals.root / originals.campaign, over=over, rounds=record.rounds),
+        )
     else:
         edits, prepared = by_copies, prepare(copy, devices_from=devices_from, over=over, rounds=record.rounds)
     _check_specimen(record, folder, prepared)

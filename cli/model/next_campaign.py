@@ -1,4 +1,4 @@
-"""The campaign of chosen steps, and which steps a stand may do: every limit and guard as `plan` judges them."""
+"""The campaign of chosen steps, and which steps a stand may do, by every limit and guard as `plan` judges."""
 
 from __future__ import annotations
 
@@ -8,16 +8,13 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from bufferstand.cli.campaign import PreparedCampaign, prepare_campaign
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import parse_settings
 from bufferstand.model.next_step import Loops, Piece, Rest, SharedErrors, SlowStroke, limit
 from bufferstand.protocols.campaign_file import Campaign, CampaignFile
-
-if TYPE_CHECKING:
-    from bufferstand.cli.campaign import PreparedCampaign
 
 
 @dataclass
@@ -42,8 +39,6 @@ class Admission:
 
     def __call__(self, piece: Piece) -> bool:
         """Return whether a campaign of this piece alone keeps every limit and guard."""
-        from bufferstand.cli.campaign import prepare_campaign
-
         try:
             prepare_campaign(self.campaign([piece]))
         except BadInput as error:
@@ -57,9 +52,7 @@ class Admission:
 
     def text(self, pieces: Sequence[Piece], why: Sequence[str] = ()) -> str:
         """Return the text of that campaign's file; ``why`` has a comment for each piece, empty for none."""
-        return campaign_text(
-            pieces, why, stand=self.stand, specimen=self.specimen, ambient_C=self.ambient_C
-        )
+        return campaign_text(pieces, why, stand=self.stand, specimen=self.specimen, ambient_C=self.ambient_C)
 
     def base(self) -> PreparedCampaign:
         """Return a campaign in which nothing moves: stand, specimen and limits, read once.
@@ -69,8 +62,6 @@ class Admission:
         BadInput
             If a file cannot be read, or the stand cannot guard this specimen.
         """
-        from bufferstand.cli.campaign import prepare_campaign
-
         return prepare_campaign(self.campaign([Rest(1.0)]))
 
 

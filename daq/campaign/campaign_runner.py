@@ -220,6 +220,8 @@ class _Campaign:
         self._request = request
         self._runs: list[Path] = []
         self._rounds = None if until is None else Rounds(plan, until, self._complete_runs)
+        if self._rounds is not None:
+            self._rounds.go_on(record.until)
 
     def run(self) -> CampaignOutcome:
         """Do everything there is to do; tell how it ended."""

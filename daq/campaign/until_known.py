@@ -41,7 +41,7 @@ class UntilKnown:
     Parameters
     ----------
     text : str
-        As it was asked: ``u(NAME) < VALUE`` is a standard, ``U(NAME) < VALUE`` an expanded uncertainty (k = 2).
+        As asked: ``u(NAME) < VALUE`` is a standard, ``U(NAME) < VALUE`` an expanded uncertainty (k = 2).
     quantity : str
         Of the evaluation's catalogue, in its unit.
     standard_uncertainty : float
@@ -76,8 +76,8 @@ class UntilKnown:
         name, value = found["name"], _number(found["value"])
         if name not in QUANTITIES.names:
             raise BadInput(
-                f"there is no quantity “{name}”", file="--until", place=f"character {found.start('name') + 1}",
-                remedy=f"use one of {', '.join(QUANTITIES.names)}",
+                f"there is no quantity “{name}”", file="--until",
+                place=f"character {found.start('name') + 1}", remedy=f"use one of {', '.join(QUANTITIES.names)}",
             )  # fmt: skip
         if value is None or not 0.0 < value < math.inf:
             raise BadInput(
@@ -162,7 +162,9 @@ def mean_of(step: str, runs: Sequence[Any], quantity: str) -> KnownFigure | None
     own = float(np.sum((weights * joined.own_u) ** 2))
     if count >= _LEAST_SCATTER:
         own = max(own, float(np.var(joined.value, ddof=1)) / count)
-    return KnownFigure(step, count, float(np.mean(joined.value)), math.hypot(math.sqrt(own), shared_u), shared_u)
+    return KnownFigure(
+        step, count, float(np.mean(joined.value)), math.hypot(math.sqrt(own), shared_u), shared_u
+    )
 
 
 @dataclass
@@ -193,6 +195,11 @@ class Rounds:
         for step, request in zip(self.plan.steps, self.plan.requests, strict=True):
             self._rounds[(request.number - 1) // count].append(step)
         self._first = {steps[0].plan_hash: number for number, steps in enumerate(self._rounds) if number}
+
+    def go_on(self, before: Mapping[str, Any]) -> None:
+        """Take what an earlier start has judged: what has ended stays so."""
+        self.judged = list(before.get("judged", ()))
+        self.end, self.sentence = before.get("end", ""), before.get("sentence", "")
 
     def done_before(self, step: PlannedStep) -> int | None:
         """Return how many rounds are through where a step begins another one; None elsewhere."""
@@ -230,7 +237,7 @@ class Rounds:
         bound = max(self.known, key=_shared_u)
         if bound.shared_u >= asked:
             return "cannot", (
-                f"{goal} cannot be known by going on: {state}, of which {bound.shared_u:.2g} (“{bound.step}”) "
+                f"{goal} cannot be known by going on: {state}; {bound.shared_u:.2g} (“{bound.step}”) of it "
                 "are errors of the channels, the same in every run; better certificates or another "
                 "step lower them, repetition does not"
             )

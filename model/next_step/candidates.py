@@ -1,8 +1,8 @@
 """The steps among which the next one is chosen: what a stand can do with a spring, coarse but complete.
 
 Each kind of contrast that a parameter needs (docs/identification.md) is among them: slow strokes and inner
-loops for the curves and their transition, one path at rates a factor of 64 apart for the viscous branches, the
-same after cycles that warm the spring, and short loops after a rest while it cools.
+loops for the curves and their transition, one path at rates a factor of 64 apart for the viscous branches,
+the same after cycles that warm the spring, and short loops after a rest while it cools.
 """
 
 from __future__ import annotations

@@ -1,11 +1,14 @@
 """What is known of a spring, and what a further step would add (linearised Gauss–Newton, Bayesian).
 
-The unknowns are the spring's vector, the errors that the channels have in all runs, and the state in which the
-next step begins: temperatures of mass and sensor, and inner stroke. All are held in units of what is known of
-them beforehand. A step adds the information Hᵀ H over the correlation that the fit found (the fit's own
-weights and effective number of samples), and hands its last temperatures on: P ← P - P Rᵀ (1 + R P Rᵀ)⁻¹ R P with
-Rᵀ R = Hᵀ H, then the state's rows by the chain rule. So no step raises a variance, steps in a row
-know of each other's warmth, and what is wrong with a channel stays as it is however often a step is repeated.
+The unknowns are the spring's vector and the state in which the next step begins: temperatures of mass and
+sensor, and inner stroke. They are held in units of what is known of them beforehand. A step adds the
+information Hᵀ H over the correlation that the fit found (the fit's own weights and effective number of
+samples), and hands its last temperatures on: P ← P - P Rᵀ (1 + R P Rᵀ)⁻¹ R P with Rᵀ R = Hᵀ H, then the
+state's rows by the chain rule. So no step raises a variance, and steps in a row know of each other's warmth.
+
+What is wrong with a channel is the same in every run, and the fit does not look for it. It is considered, not
+estimated (Schmidt 1966): what one standard deviation of each error does to the fit's result is carried along
+with the fit's own gain, S ← S - G (R S + B). A step repeated for ever brings P to nothing and S to a floor.
 """
 
 from __future__ import annotations
@@ -63,11 +66,6 @@ class Spring:
     errors: SharedErrors
     ambient_C: float
 
-    @property
-    def size(self) -> int:
-        """Number of unknowns without the state."""
-        return self.frame.size + len(self.errors.names)
-
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
@@ -76,14 +74,17 @@ class Knowledge:
     Attributes
     ----------
     spring : Spring
-    covariance : array, shape (p + q + 3, p + q + 3)
-        Of spring, shared errors and present state, in units of what is known beforehand.
+    covariance : array, shape (p + 3, p + 3)
+        Of spring and present state by noise, in units of what is known beforehand.
+    by_errors : array, shape (p + 3, q)
+        What one standard deviation of each stated error of the channels does to them, in these units.
     temperature_C, sensor_C : float
         Of the specimen's mass, and as its sensor shows it, at present.
     """
 
     spring: Spring
     covariance: Floats
+    by_errors: Floats
     temperature_C: float
     sensor_C: float
 
@@ -94,34 +95,58 @@ class Knowledge:
         return self.covariance[:p, :p]
 
     def deviation(self, name: str) -> float:
-        """Return the standard deviation of a law's parameter, of its logarithm where the fit takes that."""
+        """Return the standard deviation of a law's parameter by noise, as the fit's intervals state it.
+
+        Of its logarithm where the fit takes that.
+        """
         at = self.spring.frame.place(name)
         return float(np.sqrt(self.covariance[at, at]) * self.spring.scale[at])
 
-    def deviation_of(self, gradient: Floats) -> float:
-        """Return the standard deviation of a figure with this gradient by the spring's entries, shape (p,)."""
+    def by_noise(self, gradient: Floats) -> float:
+        """Return what noise does to a figure with this gradient by the spring's entries, shape (p,)."""
         scaled = gradient * self.spring.scale
         return float(np.sqrt(max(scaled @ self.of_spring @ scaled, 0.0)))
+
+    def by_channels(self, gradient: Floats) -> float:
+        """Return what the stated errors of the channels do to that figure (standard uncertainty)."""
+        scaled = gradient * self.spring.scale
+        return float(np.linalg.norm(scaled @ self.by_errors[: scaled.size]))
+
+    def deviation_of(self, gradient: Floats) -> float:
+        """Return the standard uncertainty of that figure: noise and errors of the channels."""
+        return float(np.hypot(self.by_noise(gradient), self.by_channels(gradient)))
 
     def after(self, effect: Effect) -> Knowledge:
         """Return what will be known after a step."""
         warmth = effect.warmth(self.temperature_C, self.sensor_C)
-        P = _told(self.covariance, effect.root(warmth))
-        ends = effect.ends(warmth)
-        step = np.eye(len(P))
-        step[-STATES:] = ends
-        P = step @ P @ step.T
+        told = self._told(effect.root(warmth))
+        step = np.eye(len(told.covariance))
+        step[-STATES:] = effect.ends(warmth)
+        P = step @ told.covariance @ step.T
         P[-1, -1] = 1.0
         mass_C, sensor_C = effect.end_C(warmth)
-        return replace(self, covariance=0.5 * (P + P.T), temperature_C=mass_C, sensor_C=sensor_C)
+        return replace(
+            told,
+            covariance=0.5 * (P + P.T),
+            by_errors=step @ told.by_errors,
+            temperature_C=mass_C,
+            sensor_C=sensor_C,
+        )
 
     def limit(self, effects: Iterable[Effect]) -> Knowledge:
         """Return what would be known if every step were repeated for ever: errors of the channels stay."""
-        found = self
-        for effect in effects:
-            root = effect.root(effect.warmth(self.temperature_C, self.sensor_C))
-            found = replace(found, covariance=_told(found.covariance, _FOR_EVER * root))
-        return found
+        roots = [one.root(one.warmth(self.temperature_C, self.sensor_C)) for one in effects]
+        return self._told(_FOR_EVER * np.concatenate(roots))
+
+    def _told(self, root: Floats) -> Knowledge:
+        """Return what rows of spring, state and errors tell: P - G R P, S - G (R S + B)."""
+        size = len(self.covariance)
+        rows, shared = root[:, :size], root[:, size:]
+        seen = rows @ self.covariance
+        gain = np.linalg.solve(np.eye(len(root)) + seen @ rows.T, seen).T
+        P = self.covariance - gain @ seen
+        S = self.by_errors - gain @ (rows @ self.by_errors + shared)
+        return replace(self, covariance=0.5 * (P + P.T), by_errors=S)
 
     def at(self, temperature_C: float, sensor_C: float | None = None) -> Knowledge:
         """Return the same of a specimen of this temperature; its sensor is even with it unless given [°C]."""
@@ -129,12 +154,12 @@ class Knowledge:
         shown_C = temperature_C if sensor_C is None else sensor_C
         P[-STATES:], P[:, -STATES:] = 0.0, 0.0
         P[-STATES:-1, -STATES:-1] = (_RESTED_K / STATE_RANGES[0]) ** 2
-        return replace(self, covariance=P, temperature_C=temperature_C, sensor_C=shown_C)
+        S = self.by_errors.copy()
+        S[-STATES:] = 0.0
+        return replace(self, covariance=P, by_errors=S, temperature_C=temperature_C, sensor_C=shown_C)
 
 
-def knowledge_of(
-    found: Identification, errors: SharedErrors, *, ambient_C: float
-) -> Knowledge:
+def knowledge_of(found: Identification, errors: SharedErrors, *, ambient_C: float) -> Knowledge:
     """Return what an identification knows, of a specimen that has rested at the temperature of the air.
 
     A parameter that its runs do not tell counts as unknown, within its plausible range.
@@ -174,22 +199,17 @@ def known_by(
             )
         ]
     )
-    rows = np.concatenate([jacobian, shared], axis=1) / np.sqrt(solution.correlation)
-    known = np.linalg.inv(rows.T @ rows + np.eye(rows.shape[1]))
-    kept = np.concatenate([np.arange(p), np.arange(known.shape[0] - shared.shape[1], known.shape[0])])
-    P = np.zeros((spring.size + STATES,) * 2)
-    P[: spring.size, : spring.size] = known[np.ix_(kept, kept)]
+    root = np.sqrt(solution.correlation)
+    jacobian, shared = jacobian / root, shared / root
+    known = np.linalg.inv(jacobian.T @ jacobian + np.eye(jacobian.shape[1]))
+    P, S = np.zeros((p + STATES,) * 2), np.zeros((p + STATES, shared.shape[1]))
+    P[:p, :p] = known[:p, :p]
+    S[:p] = -(known @ (jacobian.T @ shared))[:p]
     for name in untold:
         at = frame.place(name)
         P[at], P[:, at], P[at, at] = 0.0, 0.0, 1.0
-    return Knowledge(spring, P, ambient_C, ambient_C).at(ambient_C)
-
-
-def _told(covariance: Floats, root: Floats) -> Floats:
-    """Return P - P Rᵀ (1 + R P Rᵀ)⁻¹ R P."""
-    seen = root @ covariance
-    told = covariance - seen.T @ np.linalg.solve(np.eye(len(root)) + seen @ root.T, seen)
-    return np.asarray(0.5 * (told + told.T), dtype=np.float64)
+        S[at] = 0.0
+    return Knowledge(spring, P, S, ambient_C, ambient_C).at(ambient_C)
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,13 +264,13 @@ class Effect:
         return np.array([1.0, (mass_C - low) / (high - low), (mass_C - sensor_C) / (high - low)])
 
     def root(self, warmth: Floats) -> Floats:
-        """Return R with Rᵀ R = Hᵀ H over the correlation, shape (r, p + q + 3)."""
+        """Return R with Rᵀ R = Hᵀ H over the correlation, (r, p + 3 + q), errors of the channels last."""
         values, vectors = np.linalg.eigh(np.einsum("i,j,ijkl->kl", warmth, warmth, self._products))
         kept = values > 1e-14 * values[-1]
         return np.asarray(np.sqrt(values[kept])[:, None] * vectors[:, kept].T, dtype=np.float64)
 
     def ends(self, warmth: Floats) -> Floats:
-        """Return how the last state follows from spring, errors and first state, shape (3, p + q + 3)."""
+        """Return how the last state follows from spring and first state, shape (3, p + 3)."""
         return np.asarray(np.tensordot(warmth, self._ends, axes=1), dtype=np.float64)
 
     def end_C(self, warmth: Floats) -> tuple[float, float]:  # noqa: N802 - the unit keeps its capital
@@ -287,7 +307,7 @@ def effects_of(
 
 def _rows(spring: Spring, begun: list[tuple[Piece, tuple[float, float]]]) -> list[_Rows]:
     """Return rows and last states of pieces, each by itself from temperatures of mass and sensor [°C]."""
-    noise, p, q = spring.noise, spring.frame.size, len(spring.errors.names)
+    noise, p = spring.noise, spring.frame.size
     experiments = []
     for piece, _ in begun:
         drive = drive_of((piece,), noise, spring.ambient_C)
@@ -305,7 +325,9 @@ def _rows(spring: Spring, begun: list[tuple[Piece, tuple[float, float]]]) -> lis
         readings = experiment.drive.sensor_C.size
         count = int(np.count_nonzero(experiment.used)) + readings
         # Without the row that joins mass and sensor: the chain of steps knows both.
-        own = np.concatenate([np.arange(p), problem.temperature_places(number), [problem.inner_place(number)]])
+        own = np.concatenate(
+            [np.arange(p), problem.temperature_places(number), [problem.inner_place(number)]]
+        )
         rows = jacobian[at : at + count, own] * scale[own]
         at += count + int(readings > 0)
         shared = columns(experiment, given, spring.errors)
@@ -314,8 +336,8 @@ def _rows(spring: Spring, begun: list[tuple[Piece, tuple[float, float]]]) -> lis
         last[-1] = 0.0  # what is left of the overstress is taken as unknown after each step
         found.append(
             _Rows(
-                np.concatenate([rows[:, :p], shared, rows[:, p:]], axis=1) / np.sqrt(noise.correlation),
-                np.concatenate([last[:, :p], np.zeros((STATES, q)), last[:, p:]], axis=1),
+                np.concatenate([rows, shared], axis=1) / np.sqrt(noise.correlation),
+                last,
                 np.array([given.temperature_C[-1], given.sensor_C[-1], given.temperature_C.max()]),
             )
         )

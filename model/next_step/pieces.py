@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +109,7 @@ class RunNoise:
     sensor_C: float
     reading_s: float
     correlation: float
-    spacing: Reduction = Reduction()
+    spacing: Reduction = field(default_factory=Reduction)
 
     @classmethod
     def of(cls, experiments: Sequence[Experiment], correlation: float) -> RunNoise:

@@ -92,7 +92,8 @@ class Question:
             temperature = reader.number("C", "the spring's temperature [°C]", least=-50.0)
             if amplitude > prestress:
                 raise reader.wrong(
-                    f"a loop of {prestress:g} ± {amplitude:g} mm leaves the spring", "an amplitude ≤ prestress"
+                    f"a loop of {prestress:g} ± {amplitude:g} mm leaves the spring",
+                    "an amplitude ≤ prestress",
                 )
             loop = Loops(prestress, amplitude, frequency, _CYCLES)
         reader.literal("to")
@@ -118,7 +119,7 @@ class Question:
         end = spring.frame.knots_mm[-1]
         if (top := self.loop.prestress_mm + self.loop.amplitude_mm) > end:
             raise BadInput(
-                f"the loop goes to {top:g} mm, and the runs end at {end:.4g} mm: beyond them no curve is measured",
+                f"the loop goes to {top:g} mm, and the runs end at {end:.4g} mm: beyond no curve is measured",
                 place=f"--question “{self.text}”",
                 remedy="ask within the runs, or give a run that goes further",
             )
@@ -203,9 +204,7 @@ class _Reader:
                 return
         raise self.wrong("“+-” is missing", "prestress +- amplitude")
 
-    def number(
-        self, unit: str | None, what: str, *, least: float = 0.0, wanted: bool = True
-    ) -> float:
+    def number(self, unit: str | None, what: str, *, least: float = 0.0, wanted: bool = True) -> float:
         self._skip()
         found = re.compile(_NUMBER).match(self._text, self._at)
         if found is None:

@@ -157,7 +157,10 @@ class Campaign:
             )
         content = self.content.model_copy(update={"step": self.content.step * rounds})
         return replace(
-            self, content=content, step_lines=self.step_lines * rounds, nested_lines=self.nested_lines * rounds
+            self,
+            content=content,
+            step_lines=self.step_lines * rounds,
+            nested_lines=self.nested_lines * rounds,
         )
 
     def as_dict(self) -> dict[str, Any]:

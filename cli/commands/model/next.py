@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -113,24 +113,23 @@ def command(
     return ExitStatus.DONE
 
 
+@dataclass(frozen=True, eq=False)
 class _Chosen:
-    """What was chosen, and for what."""
+    """What was chosen, and for what.
 
-    def __init__(
-        self,
-        found: Identification,
-        admitting: Admission,
-        asked: Question | None,
-        choice: Choice,
-        gradient: Any,
-        value: float,
-        floor: float,
-        looked_at: int,
-        errors_stated: bool,  # noqa: FBT001 - one constructor, by name
-    ) -> None:
-        self.found, self.admitting, self.asked, self.choice = found, admitting, asked, choice
-        self._gradient, self._value, self._floor = gradient, value, floor
-        self._looked_at, self.errors_stated = looked_at, errors_stated
+    ``value``, ``gradient`` and ``floor`` are of the figure that is asked for: its value, its derivatives by the
+    spring's entries, and the least U that such steps can reach.
+    """
+
+    found: Identification
+    admitting: Admission
+    asked: Question | None
+    choice: Choice
+    gradient: Any
+    value: float
+    floor: float
+    looked_at: int
+    errors_stated: bool
 
     @classmethod
     def of(
@@ -167,9 +166,7 @@ class _Chosen:
             warmest_C=stop_C - _MARGIN_K, most_minutes=minutes, most_steps=steps,
         )  # fmt: skip
         floor = 0.0 if asked is None else _floor(asked, knowledge, effects, gradient)
-        return cls(
-            found, admitting, asked, choice, gradient, value, floor, len(every), errors_stated=errors.stated
-        )
+        return cls(found, admitting, asked, choice, gradient, value, floor, len(every), errors.stated)
 
     def show(self) -> None:
         """Print the steps, and how it ends."""
@@ -177,7 +174,7 @@ class _Chosen:
         figure = [] if asked is None else [(f"U of {asked.figure}", "right")]
         rows = []
         for number, step in enumerate(self.choice.steps, start=1):
-            u = [] if asked is None else [f"{asked.deviation(step.after, self._gradient):.2g}"]
+            u = [] if asked is None else [f"{asked.deviation(step.after, self.gradient):.2g}"]
             warm = f"{step.before.temperature_C:.1f}"
             rows.append([str(number), self._what(step), warm, f"{step.minutes:.1f}", *u, _tells(step)])
         if rows:
@@ -206,14 +203,14 @@ class _Chosen:
             piece, why = next(iter(refused.items()))
             said.append(f"{len(refused)} steps are not admissible, the first: {piece.text}: {why}")
         said.append(
-            f"{self._looked_at} candidates looked at; {len(self.choice.steps)} chosen, "
+            f"{self.looked_at} candidates looked at; {len(self.choice.steps)} chosen, "
             f"{self.choice.minutes:.1f} min of stand time"
         )
         if self.asked is None:
             return said
         asked, unit = self.asked, f" {self.asked.unit}" if self.asked.unit else ""
-        u = asked.deviation(self.choice.last, self._gradient)
-        now = f"{asked.figure} {self._value:.4g}{unit} would be known to U = {u:.2g}{unit} (k = 2)"
+        u = asked.deviation(self.choice.last, self.gradient)
+        now = f"{asked.figure} {self.value:.4g}{unit} would be known to U = {u:.2g}{unit} (k = 2)"
         if self.choice.end == "reached":
             return [*said, f"{now}: {asked.expanded_uncertainty:g} is reached"]
         ends = {
@@ -221,12 +218,12 @@ class _Chosen:
             "time": "no step that would lower it fits into --minutes",
             "steps": "more --steps would lower it further",
         }
-        if self._floor > asked.expanded_uncertainty:
+        if self.floor > asked.expanded_uncertainty:
             return [
                 *said,
-                f"{now}: {asked.expanded_uncertainty:g} cannot be reached by any number of such steps. Errors "
-                f"of the channels, which are the same in all runs, and the curves' shape leave {self._floor:.2g}{unit}: "
-                "better certificates (force, delay) would lower it",
+                f"{now}: {asked.expanded_uncertainty:g} cannot be reached by any number of such steps",
+                f"errors of the channels, the same in all runs, leave {self.floor:.2g}{unit}: better "
+                + "certificates (force, delay) would lower it",
             ]
         return [*said, f"{now}, not to {asked.expanded_uncertainty:g}: {ends[self.choice.end]}"]
 
@@ -247,9 +244,7 @@ class _Chosen:
                 "step": self._what(step),
                 "start_temperature_C": step.before.temperature_C,
                 "duration_s": 60.0 * step.minutes,
-                "expanded_uncertainty": None
-                if asked is None
-                else asked.deviation(step.after, self._gradient),
+                "expanded_uncertainty": None if asked is None else asked.deviation(step.after, self.gradient),
                 "tells": [{"name": n, "before": b, "after": a} for n, b, a in step.told(len(self._names()))],
             }
             for step in self.choice.steps
@@ -260,14 +255,14 @@ class _Chosen:
             if asked is None
             else {
                 "text": asked.text,
-                "value": self._value,
+                "value": self.value,
                 "unit": asked.unit or "1",
                 "asked": asked.expanded_uncertainty,
-                "least_by_repetition": self._floor,
+                "least_by_repetition": self.floor,
             },
             "end": self.choice.end,
             "duration_s": 60.0 * self.choice.minutes,
-            "candidates": self._looked_at,
+            "candidates": self.looked_at,
             "not_admissible": [{"step": p.text, "why": why} for p, why in self.admitting.refused.items()],
             "steps": steps,
         }
