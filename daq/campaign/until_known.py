@@ -76,9 +76,11 @@ class UntilKnown:
         name, value = found["name"], _number(found["value"])
         if name not in QUANTITIES.names:
             raise BadInput(
-                f"there is no quantity “{name}”", file="--until",
-                place=f"character {found.start('name') + 1}", remedy=f"use one of {', '.join(QUANTITIES.names)}",
-            )  # fmt: skip
+                f"there is no quantity “{name}”",
+                file="--until",
+                place=f"character {found.start('name') + 1}",
+                remedy=f"use one of {', '.join(QUANTITIES.names)}",
+            )
         if value is None or not 0.0 < value < math.inf:
             raise BadInput(
                 f"an uncertainty cannot be {found['value']}", file="--until",

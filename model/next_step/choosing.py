@@ -1,4 +1,4 @@
-"""Which step next: the one that brings the goal nearer by most for a minute of stand time, again and again."""
+"""Which step next: the one that brings the goal nearer by most for a minute of stand time, and again."""
 
 from __future__ import annotations
 

@@ -117,8 +117,8 @@ def command(
 class _Chosen:
     """What was chosen, and for what.
 
-    ``value``, ``gradient`` and ``floor`` are of the figure that is asked for: its value, its derivatives by the
-    spring's entries, and the least U that such steps can reach.
+    ``value``, ``gradient`` and ``floor`` are of the figure that is asked for: its value, its derivatives by
+    the spring's entries, and the least U that such steps can reach.
     """
 
     found: Identification
@@ -219,12 +219,9 @@ class _Chosen:
             "steps": "more --steps would lower it further",
         }
         if self.floor > asked.expanded_uncertainty:
-            return [
-                *said,
-                f"{now}: {asked.expanded_uncertainty:g} cannot be reached by any number of such steps",
-                f"errors of the channels, the same in all runs, leave {self.floor:.2g}{unit}: better "
-                + "certificates (force, delay) would lower it",
-            ]
+            cannot = f"{asked.expanded_uncertainty:g} cannot be reached by any number of such steps"
+            left = f"errors of the channels, the same in all runs, leave {self.floor:.2g}{unit}"
+            return [*said, f"{now}: {cannot}", f"{left}: better certificates (force, delay) would lower it"]
         return [*said, f"{now}, not to {asked.expanded_uncertainty:g}: {ends[self.choice.end]}"]
 
     def pieces(self) -> list[tuple[Piece, str]]:

@@ -3,8 +3,8 @@
 ``python -m tests.model.next_step.study 200`` prints one line a campaign and a summary. Of every three
 campaigns one is of a spring like the first guess with other laws, one of a spring that is 30 % stiffer or
 softer, one of another family (a flat spectrum, which the fit is not given). Both arms see the same spring,
-noise, slow noise and errors of the channels. The chosen arm begins with one slow stroke, chooses to the template's own
-intervals, fits, and chooses again where the fit falls short.
+noise, slow noise and errors of the channels. The chosen arm begins with one slow stroke, chooses to the
+template's own intervals, fits, and chooses again where the fit falls short.
 """
 
 from __future__ import annotations
