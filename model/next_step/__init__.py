@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
-    from bufferstand.model.next_step.candidates import (
+    from bufferstand.model.next_step.candidate_steps import (
         candidates,
     )
     from bufferstand.model.next_step.choosing import (

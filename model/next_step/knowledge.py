@@ -13,6 +13,7 @@ with the fit's own gain, S ← S - G (R S + B). A step repeated for ever brings 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -105,7 +106,7 @@ class Knowledge:
     def by_noise(self, gradient: Floats) -> float:
         """Return what noise does to a figure with this gradient by the spring's entries, shape (p,)."""
         scaled = gradient * self.spring.scale
-        return float(np.sqrt(max(scaled @ self.of_spring @ scaled, 0.0)))
+        return math.sqrt(max(float(scaled @ self.of_spring @ scaled), 0.0))
 
     def by_channels(self, gradient: Floats) -> float:
         """Return what the stated errors of the channels do to that figure (standard uncertainty)."""

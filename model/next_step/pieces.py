@@ -217,7 +217,9 @@ class _Nodes:
             return np.empty(0)
         ways = self._ways(total, self._coarser)
         self._each = len(self._ways(total, 1)) / len(ways) if self._coarser > 1 else 1.0
-        return self._at_mm + np.sign(to_mm - self._at_mm) * np.array([*ways, total])
+        return np.asarray(
+            self._at_mm + np.sign(to_mm - self._at_mm) * np.array([*ways, total]), dtype=np.float64
+        )
 
     def _ways(self, total_mm: float, coarser: int) -> list[float]:
         """Return the ways from one turn to the next at which nodes lie, the turns left out."""
@@ -242,7 +244,7 @@ class _Nodes:
         self._weight.append(np.full(x.size, self._each))
 
     def drive(self, noise: RunNoise, ambient_C: float) -> Drive:
-        time, stroke, half = (np.concatenate(parts) for parts in (self._t, self._x, self._half))
+        time, stroke, half = np.concatenate(self._t), np.concatenate(self._x), np.concatenate(self._half)
         weight = np.concatenate(self._weight)
         turns = np.diff(half, prepend=-1) > 0
         turns[-1] = True

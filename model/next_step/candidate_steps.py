@@ -64,6 +64,8 @@ def candidates(reach_mm: float, admitted: Callable[[Piece], bool]) -> tuple[Cand
     brief = [piece for piece in measure if isinstance(piece, Loops) and piece.frequency_Hz >= 0.3]
     strokes = [piece for piece in measure if isinstance(piece, SlowStroke)]
     found: list[Candidate] = [(piece,) for piece in (*measure, *warm)]
-    found += [(first, then) for first in warm for then in (*strokes, *brief[-2:])]
-    found += [(Rest(wait), then) for wait in _COOLING_S for then in (*strokes[-1:], *brief[-2:])]
+    after_warming: list[Piece] = [*strokes, *brief[-2:]]
+    after_resting: list[Piece] = [*strokes[-1:], *brief[-2:]]
+    found += [(first, then) for first in warm for then in after_warming]
+    found += [(Rest(wait), then) for wait in _COOLING_S for then in after_resting]
     return tuple(found)
