@@ -77,8 +77,7 @@ def admission(path: Path, stand: Path, specimen: Path, ambient_C: float) -> Admi
     ambient_C : float
         Temperature of the air [°C].
     """
-    names = (seen_from(path, file, "") for file in (stand, specimen))
-    return Admission(path, *names, ambient_C)
+    return Admission(path, seen_from(path, stand, ""), seen_from(path, specimen, ""), ambient_C)
 
 
 def seen_from(campaign: Path, file: Path | None, default: str) -> str:
@@ -157,7 +156,7 @@ def shared_errors_of(stand: StandFile) -> SharedErrors:
     ]
     force = next((stated for quantity, stated in channels if quantity == "force"), None)
     wires = [stated for quantity, stated in channels if quantity == "stroke"]
-    warmth = [one.uncertainty for one in stand.temperature_sensors if one.role == "specimen"]
+    warmth = [one.channel().uncertainty for one in stand.temperature_sensors if one.role == "specimen"]
     delays = [(c.u_delay_s or 0.0) / len(wires) for c in wires]
     if force is not None:
         delays.append(force.u_delay_s or 0.0)

@@ -13,6 +13,8 @@ from bufferstand.model.next_step.pieces import Candidate, Loops, Piece, Rest, Sl
 
 _REACH_SHARE = 0.95
 _SMALL = ((0.5, 0.02), (0.5, 0.05), (0.25, 0.1), (0.5, 0.1), (0.75, 0.1))
+_SMALL_AT = ((0.5, 3), (1.28, 12))
+"""Rates of small loops [Hz] and how many: many at once save the way there and back."""
 _LARGE = ((0.25, 0.25), (0.5, 0.25), (0.5, 0.5))
 _FREQUENCIES_Hz = (0.02, 0.08, 0.32, 1.28)
 _HEATING = ((0.74, 0.16, 1.0, 40), (0.74, 0.16, 1.0, 120), (0.5, 0.3, 0.5, 60))
@@ -23,7 +25,9 @@ def measuring(reach_mm: float) -> tuple[Piece, ...]:
     """Return the pieces that measure, for a stroke that runs may reach [mm]."""
     reach = _REACH_SHARE * reach_mm
     strokes = [SlowStroke(_rounded(reach), speed) for speed in (5.0, 20.0)]
-    small = [_loops(at * reach, size * reach, 0.5, 3) for at, size in _SMALL]
+    small = [
+        _loops(at * reach, size * reach, rate, cycles) for at, size in _SMALL for rate, cycles in _SMALL_AT
+    ]
     large = [
         _loops(at * reach, size * reach, rate, 1 if rate < 0.05 else 3)
         for at, size in _LARGE

@@ -16,7 +16,7 @@ from bufferstand.foundation.files import write_text
 if TYPE_CHECKING:
     from bufferstand.cli.model import Admission
     from bufferstand.model.identification import Identification
-    from bufferstand.model.next_step import Choice, ChosenStep, Effect, Knowledge, Piece, Question
+    from bufferstand.model.next_step import Choice, ChosenStep, Effect, Goal, Knowledge, Piece, Question
 
 SCHEMA = "bufferstand/model-next/1"
 MINUTES, MOST_MINUTES = 30.0, 1440.0
@@ -160,7 +160,9 @@ class _Chosen:
         effects = effects_of(
             knowledge.spring, (piece for one in every for piece in one), (air_C, air_C + _WARMER_K)
         )
-        goal = EveryParameter() if asked is None else Figure(gradient, asked.expanded_uncertainty / 2.0)
+        goal: Goal = EveryParameter()
+        if asked is not None and gradient is not None:
+            goal = Figure(gradient, asked.expanded_uncertainty / 2.0)
         choice = choose(
             knowledge, every, effects, goal,
             warmest_C=stop_C - _MARGIN_K, most_minutes=minutes, most_steps=steps,
