@@ -86,15 +86,15 @@ class Question:
             prestress = reader.number("mm", "the prestress [mm]", wanted=False)
             reader.sign()
             amplitude = reader.number("mm", "the amplitude, half the range [mm]", least=0.1)
-            reader.literal(",")
-            frequency = reader.number("Hz", "the frequency [Hz]", least=1e-3)
-            reader.literal(",")
-            temperature = reader.number("C", "the spring's temperature [°C]", least=-50.0)
             if amplitude > prestress:
                 raise reader.wrong(
                     f"a loop of {prestress:g} ± {amplitude:g} mm leaves the spring",
                     "an amplitude ≤ prestress",
                 )
+            reader.literal(",")
+            frequency = reader.number("Hz", "the frequency [Hz]", least=1e-3)
+            reader.literal(",")
+            temperature = reader.number("C", "the spring's temperature [°C]", least=-50.0)
             loop = Loops(prestress, amplitude, frequency, _CYCLES)
         reader.literal("to")
         uncertainty = reader.number(None, "the expanded uncertainty (k = 2)", least=1e-12)

@@ -41,7 +41,7 @@ def test_a_parameter_is_asked_for_by_name_or_symbol() -> None:
         ("damping 40 +- 40 mm", "“at” is missing", "character 9: “40 +- 40 mm”"),
         ("damping at 40 +- mm", "the amplitude, half the range [mm] is missing", "character 18: “mm”"),
         ("damping at 40 +- 40 cm, 1 Hz", "the unit “mm” is missing", "character 21: “cm, 1 Hz”"),
-        ("damping at 40 +- 50 mm, 1 Hz, 20 C to 1", "leaves the spring", "character 37"),
+        ("damping at 40 +- 50 mm, 1 Hz, 20 C to 1", "leaves the spring", "character 23"),
         ("damping at 40 +- 40 mm, -1 Hz, 20 C to 1", "the frequency [Hz] cannot be -1", "character 25"),
         ("damping at 40 +- 40 mm, 1e9 Hz, 20 C to 1", "the frequency [Hz] cannot be 1e+09", "character 25"),
         ("damping at 40 +- 40 mm, 1 Hz, 20 C", "“to” is missing", "its end"),
