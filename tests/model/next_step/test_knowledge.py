@@ -87,8 +87,8 @@ def test_a_larger_error_of_a_channel_leaves_more() -> None:
         floors.append(known.deviation_of(gradient()))
     assert floors == sorted(floors)
     assert floors[2] == pytest.approx(16.0 * floors[0], rel=1e-3)
-    # F (1 ± r / 2) rising and falling: W+ (1 + r / 2) and W- (1 - r / 2) make 1 - W-/W+ change by r W-/W+. The
-    # fit takes a part of it for the transition after a turn.
+    # F (1 ± r / 2) rising and falling: W+ (1 + r / 2) and W- (1 - r / 2) make 1 - W-/W+ change by r W-/W+.
+    # The fit takes a part of it for the transition after a turn.
     whole = 0.008 * (1.0 - damping)
     assert 0.3 * whole < floors[2] < 1.2 * whole
 
