@@ -7,6 +7,7 @@ SLOW = (
     "tests/cli/test_edits_in_terminal.py",
     "tests/cli/test_init.py",
     "tests/cli/test_model_families.py",
+    "tests/cli/test_model_next.py",
     "tests/cli/test_model_paper.py",
     "tests/cli/test_plan.py",
     "tests/cli/test_resume_complete.py",

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         PreparedCampaign,
         outage_leeway,
         prepare,
+        prepare_campaign,
     )
     from bufferstand.cli.campaign.resume_checks import (
         accepted_changes,
@@ -55,6 +56,7 @@ __all__ = [
     "perform",
     "picture_plan",
     "prepare",
+    "prepare_campaign",
     "rows_against",
     "show_as_run",
     "stand_text",

@@ -74,19 +74,22 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Res
         restore_inputs(record.inputs, folder)
     if not record.inputs:
         return ResumedCampaign(
-            prepare(copy, devices_from=devices_from, over=over)
+            prepare(copy, devices_from=devices_from, over=over, rounds=record.rounds)
         )  # begun by an earlier version
     copies = read_inputs(copy, (folder / INPUTS_NAME).resolve())
     originals = _originals(record, folder)
     by_copies = edits_between(record.inputs, copies.texts)
     by_originals = () if originals is None else edits_between(record.inputs, originals.texts)
     if not by_copies and not by_originals:
-        return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over))
+        return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over, rounds=record.rounds))
     _check_one_side(record, folder, by_copies, by_originals, choice)
     if originals is not None and by_originals:
-        edits, prepared = by_originals, prepare(originals.root / originals.campaign, over=over)
+        edits, prepared = (
+            by_originals,
+            prepare(originals.root / originals.campaign, over=over, rounds=record.rounds),
+        )
     else:
-        edits, prepared = by_copies, prepare(copy, devices_from=devices_from, over=over)
+        edits, prepared = by_copies, prepare(copy, devices_from=devices_from, over=over, rounds=record.rounds)
     _check_specimen(record, folder, prepared)
     limits = limits_edited(record, copies, prepared)
     which = f"the campaign's files in {record.originals}"
@@ -110,7 +113,7 @@ def going_on(folder: Path, record: CampaignRecord, choice: Choice | None) -> Res
         keep_before(copies.texts, folder, datetime.now(UTC).isoformat())
         restore_inputs(record.inputs, folder)
     click.echo("going on with the files as they were taken", err=True)
-    return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over))
+    return ResumedCampaign(prepare(copy, devices_from=devices_from, over=over, rounds=record.rounds))
 
 
 def taken_without_a_start(going: ResumedCampaign, folder: Path) -> CampaignRecord | None:

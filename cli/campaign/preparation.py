@@ -53,7 +53,11 @@ class PreparedCampaign:
 
 
 def prepare(
-    path: Path, *, devices_from: Path | None = None, over: Sequence[Mapping[str, Any]] = ()
+    path: Path,
+    *,
+    devices_from: Path | None = None,
+    over: Sequence[Mapping[str, Any]] = (),
+    rounds: int = 1,
 ) -> PreparedCampaign:
     """Read a campaign file and what it names, and plan it.
 
@@ -65,6 +69,8 @@ def prepare(
         Folder that relative paths of devices start from; that of the stand file if not given.
     over : sequence of mapping
         Steps that are complete, as data of an earlier plan: no stricter limit refuses them any more.
+    rounds : int
+        So many times over.
 
     Raises
     ------
@@ -72,7 +78,14 @@ def prepare(
         If a file cannot be read or breaks its schema, a setting lies outside its bounds, a step breaks a
         limit, or a specimen that heat destroys has no temperature stop and no consent.
     """
-    campaign = load_campaign(path)
+    return prepare_campaign(load_campaign(path).in_rounds(rounds), devices_from=devices_from, over=over)
+
+
+def prepare_campaign(
+    campaign: Campaign, *, devices_from: Path | None = None, over: Sequence[Mapping[str, Any]] = ()
+) -> PreparedCampaign:
+    """Plan a campaign that was read, or made; parameters and errors as :func:`prepare`."""
+    path = campaign.path
     stand_file = load_stand(demand_named(campaign.stand_path, path, ("campaign", "stand")))
     of_specimen = demand_named(campaign.specimen_path, path, ("campaign", "specimen"))
     specimen_file = load_specimen(of_specimen)

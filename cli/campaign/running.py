@@ -15,7 +15,7 @@ from bufferstand.cli.campaign.movement import campaign_movement
 from bufferstand.cli.campaign.preparation import PreparedCampaign
 from bufferstand.cli.campaign.simulation import simulated_stand
 from bufferstand.cli.options import warn
-from bufferstand.daq.campaign import CampaignOutcome, RunSettings, run_campaign
+from bufferstand.daq.campaign import CampaignOutcome, RunSettings, UntilKnown, run_campaign
 from bufferstand.daq.campaign_folder import CampaignMetadata, CampaignRecord, left_to_do
 from bufferstand.daq.guards import unguarded_at
 from bufferstand.daq.monitor import Address, web_process
@@ -80,6 +80,7 @@ def perform(
     truth: Path | None = None,
     monitor: Address | None = None,
     awaits_stand: bool = False,
+    until: UntilKnown | None = None,
 ) -> CampaignOutcome:
     """Run (or go on with) a campaign on the real stand, or on a simulated one made for it.
 
@@ -108,6 +109,8 @@ def perform(
         Where a live page is served.
     awaits_stand : bool
         Whether it waits for what a killed program has left on the stand to come to rest.
+    until : UntilKnown, optional
+        What is to be known; the campaign was prepared in so many rounds as it may take.
 
     Raises
     ------
@@ -167,6 +170,7 @@ def perform(
                     speed=speed,
                 ),
                 predictor=prepared.predictor,
+                until=until,
             )
         finally:
             stand.close()

@@ -8,6 +8,14 @@ if TYPE_CHECKING:
     from bufferstand.cli.model.fit_document import (
         document_of,
     )
+    from bufferstand.cli.model.next_campaign import (
+        Admission,
+        admission,
+        campaign_text,
+        made_campaign,
+        seen_from,
+        shared_errors_of,
+    )
     from bufferstand.cli.model.pictures import (
         picture_comparison,
         picture_simulation,
@@ -30,16 +38,22 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "Admission",
     "MeasuredRun",
+    "admission",
     "beyond_the_runs",
+    "campaign_text",
     "document_of",
+    "made_campaign",
     "picture_comparison",
     "picture_simulation",
     "picture_train",
     "picture_warming",
     "read_runs",
     "save_picture",
+    "seen_from",
     "settings_of",
+    "shared_errors_of",
     "show_cycles",
     "show_identification",
     "sittings",

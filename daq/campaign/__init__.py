@@ -18,15 +18,29 @@ if TYPE_CHECKING:
         reached_rows,
         stroke_outlook,
     )
+    from bufferstand.daq.campaign.until_known import (
+        HOURS,
+        MOST_HOURS,
+        MOST_ROUNDS,
+        ROUNDS,
+        UntilKnown,
+        until_of,
+    )
 
 __all__ = [
     "HEADER",
+    "HOURS",
+    "MOST_HOURS",
+    "MOST_ROUNDS",
+    "ROUNDS",
     "CampaignOutcome",
     "RunSettings",
+    "UntilKnown",
     "outlook_rows",
     "reached_rows",
     "run_campaign",
     "stroke_outlook",
+    "until_of",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -12,6 +12,7 @@ from bufferstand.daq.campaign.agenda import Agenda
 from bufferstand.daq.campaign.first_stroke import SpecimenKnowledge
 from bufferstand.daq.campaign.run_settings import RunSettings
 from bufferstand.daq.campaign.session import RecorderMaker, Session
+from bufferstand.daq.campaign.until_known import Rounds, UntilKnown, until_of
 from bufferstand.daq.campaign_folder import (
     AsRun,
     CampaignFolder,
@@ -90,6 +91,7 @@ def run_campaign(
     settings: RunSettings | None = None,
     recorder: RecorderMaker = RunRecorder,
     predictor: Predictor | None = None,
+    until: UntilKnown | None = None,
 ) -> CampaignOutcome:
     """Run a campaign, or go on with it: steps that ``campaign.json`` there calls complete are left out.
 
@@ -120,6 +122,9 @@ def run_campaign(
         The spring model of the plan. With it the specimen's heating is learned as the campaign goes, also
         from what an earlier start left in the folder, and pauses, order and time that is left follow;
         without it the plan stands as it is.
+    until : UntilKnown, optional
+        What is to be known: the plan has as many rounds as it may take, and those that are left when it is
+        known, or cannot be, are skipped. A campaign that was begun with one goes on with it.
 
     Returns
     -------
@@ -152,6 +157,9 @@ def run_campaign(
             )
         except OSError as error:
             raise BadInput(f"the folder cannot be written: {error.strerror}", file=out_dir) from None
+        until = until_of(record.until) or until
+        if until is not None and not record.until:
+            record = replace(record, until=until.as_dict())
         agenda = Agenda(
             plan,
             lambda step: record.step(step).over,
@@ -173,7 +181,7 @@ def run_campaign(
             predictor,
         )
         outcome = _Campaign(
-            plan, folder, record, session, request, agenda, SpecimenKnowledge(plan, predictor)
+            plan, folder, record, session, request, agenda, SpecimenKnowledge(plan, predictor), until
         ).run()
         publisher.end(outcome.status, outcome.reason, outcome.safe_stop)
         return outcome
@@ -201,6 +209,7 @@ class _Campaign:
         request: StopRequest,
         agenda: Agenda,
         acquaintance: SpecimenKnowledge,
+        until: UntilKnown | None = None,
     ) -> None:
         self._agenda = agenda
         self._acquaintance = acquaintance
@@ -210,6 +219,9 @@ class _Campaign:
         self._session = session
         self._request = request
         self._runs: list[Path] = []
+        self._rounds = None if until is None else Rounds(plan, until, self._complete_runs)
+        if self._rounds is not None:
+            self._rounds.go_on(record.until)
 
     def run(self) -> CampaignOutcome:
         """Do everything there is to do; tell how it ended."""
@@ -224,6 +236,8 @@ class _Campaign:
         exit_status = _exit_status(trip, report)
         if trip is None and exit_status:
             reason = "" if report is None else report.line
+        if trip is None and not exit_status and self._rounds is not None and self._rounds.end != "known":
+            exit_status, reason = ExitStatus.STOPPED, self._rounds.sentence
         if trip is None and (late := self._session.late_fault()):  # of the last release: no step is the worse
             trip, reason, exit_status = late, late.reason, ExitStatus.DEVICE_FAULT
         self._record = replace(
@@ -256,7 +270,12 @@ class _Campaign:
                 self._agenda.begin(now.end_C, now.ambient_C)
                 self._look_ahead()
             while (step := self._agenda.next()) is not None:
-                self._step(step)
+                if self._rounds is None or not self._ended_before(self._rounds, step):
+                    self._step(step)
+                elif not step.pause:
+                    self._note(step, status="skipped", reason=self._rounds.sentence)
+            if self._rounds is not None and not self._rounds.end:
+                self._judge(self._rounds, self._rounds.until.most_rounds)
         except Halt as halt:
             return halt.trip, refused, None
         except KeyboardInterrupt:
@@ -268,6 +287,26 @@ class _Campaign:
             text = f"internal error: {error!r} in {Path(place.filename).name}, line {place.lineno}"
             return self._session.trip_of("internal", text), refused, error
         return None, False, None
+
+    def _ended_before(self, rounds: Rounds, step: PlannedStep) -> bool:
+        """Say whether no further round is to be run; judge those that are through where a step begins one."""
+        if not rounds.end and (done := rounds.done_before(step)) is not None:
+            self._judge(rounds, done)
+        return bool(rounds.end)
+
+    def _judge(self, rounds: Rounds, done: int) -> None:
+        """Evaluate the rounds that are through while the loop goes on, and say what comes of it."""
+        if error := self._session.meanwhile(lambda: rounds.judge(done)):
+            raise error
+        self._record = replace(self._record, until=rounds.as_dict())
+        self._save()
+        self._session.say_aloud(rounds.sentence)
+
+    def _complete_runs(self, step: PlannedStep) -> list[Path]:
+        record = self._record.step(step)
+        if step.run_kind is None or record.status != "complete":
+            return []
+        return [self._folder.path / run for run in record.runs[-1:]]
 
     # --- one step ----------------------------------------------------------------------------------
 

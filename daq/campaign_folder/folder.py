@@ -107,6 +107,14 @@ class CampaignRecord:
     starts: tuple[StoredStart, ...] = ()
     originals: str = ""
     inputs: dict[str, str] = field(default_factory=dict)
+    until: dict[str, Any] = field(default_factory=dict)
+    """What is to be known, in how many rounds, and how each was judged; empty for a campaign that is run once
+    (:mod:`bufferstand.daq.campaign.until_known`)."""
+
+    @property
+    def rounds(self) -> int:
+        """Return how many times over its steps were planned."""
+        return int(self.until.get("most_rounds", 1))
 
     def recorded_nothing(self, folder: Path) -> bool:
         """Return whether no start came to record a run or to complete a cycle: it can be begun anew."""
@@ -198,6 +206,8 @@ class CampaignFolder:
             If the disk does not take it; the old one stays.
         """
         content = {"schema": SCHEMA} | asdict(replace(record, updated_utc=datetime.now(UTC).isoformat()))
+        if not record.until:
+            del content["until"]
         write_whole(self.path / RECORD_NAME, json.dumps(content, indent=1, ensure_ascii=False).encode())
 
     def run_id(self, step: PlannedStep) -> str:
@@ -343,8 +353,9 @@ def begin_record(
     stand_folder = str(plan.campaign.stand_path.parent.resolve()) if before is None else before.stand_folder
     starts = () if before is None else before.starts
     return CampaignRecord(
-        plan.as_dict(), tuple(steps), campaign_file, stand_folder, started_utc=started, starts=starts
-    )
+        plan.as_dict(), tuple(steps), campaign_file, stand_folder, started_utc=started, starts=starts,
+        until={} if before is None else before.until,
+    )  # fmt: skip
 
 
 def _known_steps(plan: Plan, before: CampaignRecord) -> dict[str, StepRecord]:

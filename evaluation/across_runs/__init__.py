@@ -12,6 +12,9 @@ if TYPE_CHECKING:
         before_after_entries,
         proof_load_entries,
     )
+    from bufferstand.evaluation.across_runs.combine import (
+        Figures,
+    )
     from bufferstand.evaluation.across_runs.copies import (
         Copy,
         RecordingIdentity,
@@ -29,6 +32,9 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.across_runs.points import (
         points_of,
     )
+    from bufferstand.evaluation.across_runs.run_means import (
+        figure_of,
+    )
     from bufferstand.evaluation.across_runs.temperature_comparison import (
         FIGURES,
         compare_temperatures,
@@ -41,6 +47,7 @@ __all__ = [
     "FIGURES",
     "Copy",
     "Difference",
+    "Figures",
     "RecordingIdentity",
     "UncertainValue",
     "before_after_entries",
@@ -48,6 +55,7 @@ __all__ = [
     "difference",
     "each_once",
     "equivalences",
+    "figure_of",
     "find_trends",
     "mixture",
     "points_of",

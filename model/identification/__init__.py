@@ -7,11 +7,13 @@ from bufferstand.foundation import loaded_when_used
 if TYPE_CHECKING:
     from bufferstand.model.identification.drive import (
         Drive,
+        Reduction,
         join,
         reduce_run,
     )
     from bufferstand.model.identification.fitting import (
         Estimate,
+        Solution,
         correlation_of,
     )
     from bufferstand.model.identification.held_out import (
@@ -25,9 +27,13 @@ if TYPE_CHECKING:
     from bufferstand.model.identification.parameters import (
         FixedParts,
         curves_at_knots,
+        model_of,
     )
     from bufferstand.model.identification.problem import (
+        STATE_RANGES,
+        STATES,
         Experiment,
+        Problem,
         whitened,
     )
     from bufferstand.model.identification.procedure import (
@@ -56,6 +62,8 @@ if TYPE_CHECKING:
 __all__ = [
     "LAWS",
     "NAMES",
+    "STATES",
+    "STATE_RANGES",
     "Answer",
     "BandStage",
     "CycleCheck",
@@ -67,6 +75,9 @@ __all__ = [
     "Identification",
     "LagStage",
     "Law",
+    "Problem",
+    "Reduction",
+    "Solution",
     "answer",
     "check_cycles",
     "correlation_of",
@@ -77,6 +88,7 @@ __all__ = [
     "identify",
     "join",
     "missing_runs",
+    "model_of",
     "needed",
     "reduce_run",
     "spectrum_lags",

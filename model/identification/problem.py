@@ -26,7 +26,8 @@ STATES = 3
 """Unknowns of an experiment: first temperatures of mass and sensor [°C], first inner stroke [mm]."""
 START_SIGMA_K = 2.0
 """How far the mass of a spring that has not rested may be from its sensor's first readings."""
-_STATE_RANGES = (2.0 * START_SIGMA_K, 2.0 * START_SIGMA_K, 10.0)
+STATE_RANGES = (2.0 * START_SIGMA_K, 2.0 * START_SIGMA_K, 10.0)
+"""Their plausible ranges: the unit of steps and of the SVD."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ class Problem:
 
     def scales(self, vector: Floats) -> Floats:
         """Return the plausible range of every entry."""
-        return np.concatenate([scales(self.frame, vector), np.tile(_STATE_RANGES, len(self.experiments))])
+        return np.concatenate([scales(self.frame, vector), np.tile(STATE_RANGES, len(self.experiments))])
 
     def answers(self, vector: Floats) -> list[Answer]:
         """Return what the model answers to every experiment's drive.
@@ -131,30 +132,48 @@ class Problem:
     def residuals(self, vector: Floats) -> Floats:
         """Return all weighted residuals (model less measurement over noise), shape (N,)."""
         stages = self._stages(vector)
-        return np.concatenate([self._residuals(vector, n, stages) for n in range(len(self.experiments))])
+        numbers = range(len(self.experiments))
+        return np.concatenate([self._residuals(vector, n, self._answer(vector, n, stages)) for n in numbers])
 
     def jacobian(self, vector: Floats, free: Mask) -> Floats:
         """Return the derivative of the residuals by the free entries, shape (N, free).
 
         By forward differences of only those stages that an entry changes; exact zeros elsewhere.
         """
+        return self.derivatives(vector, free)[0]
+
+    def derivatives(self, vector: Floats, free: Mask) -> tuple[Floats, Floats]:
+        """Return the derivatives of the residuals, and of the states in which the experiments end.
+
+        Returns
+        -------
+        jacobian : array, shape (N, free)
+            As :meth:`jacobian`.
+        ends : array, shape (3 E, free)
+            Of temperatures of mass and sensor [K] and inner stroke [mm] at the last node of each experiment.
+        """
         stages = self._stages(vector)
         warm = [self._answer(vector, n, stages) for n in range(len(self.experiments))]
         near = [given.temperature_C for given in warm]
-        base = [self._residuals(vector, n, stages, near[n]) for n in range(len(self.experiments))]
+        base = [self._residuals(vector, n, given) for n, given in enumerate(warm)]
+        last = [self._end(n, given, stages) for n, given in enumerate(warm)]
         edges = np.cumsum([0, *(part.size for part in base)])
         columns = np.flatnonzero(free)
         result = np.zeros((int(edges[-1]), columns.size))
+        ends = np.zeros((STATES * len(self.experiments), columns.size))
         step_of = _STEP * self.scales(vector)
         for column, place in enumerate(columns.tolist()):
             moved = vector.copy()
             moved[place] += step_of[place]
             after = self._changed(moved, place, stages)
             for number in self._touched(place):
+                given = self._answer(moved, number, after, near[number])
                 part = slice(int(edges[number]), int(edges[number + 1]))
-                change = self._residuals(moved, number, after, near[number]) - base[number]
+                change = self._residuals(moved, number, given) - base[number]
                 result[part, column] = change / step_of[place]
-        return result
+                state = slice(STATES * number, STATES * (number + 1))
+                ends[state, column] = (self._end(number, given, after) - last[number]) / step_of[place]
+        return result, ends
 
     def groups(self) -> list[tuple[int, Literal["force", "temperature", "start"], slice]]:
         """Return experiment, kind and place of every group of residuals."""
@@ -264,12 +283,14 @@ class Problem:
             near_C=near_C,
         )
 
-    def _residuals(
-        self, vector: Floats, number: int, stages: _Stages, near_C: Floats | None = None
-    ) -> Floats:
+    def _end(self, number: int, given: Answer, stages: _Stages) -> Floats:
+        """Return the state at the last node: temperatures of mass and sensor [°C], inner stroke [mm]."""
+        inner_mm = self._strokes[number][-1] - stages.own_mm[number][-1]
+        return np.array([given.temperature_C[-1], given.sensor_C[-1], inner_mm])
+
+    def _residuals(self, vector: Floats, number: int, given: Answer) -> Floats:
         experiment = self.experiments[number]
-        drive, given = experiment.drive, self._answer(vector, number, stages, near_C)
-        used = experiment.used
+        drive, used = experiment.drive, experiment.used
         force = (given.force_kN[drive.node[used]] - drive.force_kN[used]) / (
             drive.force_sigma_kN[used] * experiment.force_factor
         )

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from bufferstand.foundation import PublishedCampaign
+from bufferstand.foundation import BadInput, PublishedCampaign
 from bufferstand.foundation.files import file_hash
 from bufferstand.foundation.settings import Settings, Within, parse_settings, read_text
 from bufferstand.protocols.bounded_numbers import Air, Speed, Temperature
@@ -137,6 +137,31 @@ class Campaign:
         if nested is not None:
             line, name = self.nested_lines[number - 1][nested - 1], f"{name}, [[step.step]] {nested}"
         return name if line is None else f"line {line}: {name}"
+
+    def in_rounds(self, rounds: int) -> Campaign:
+        """Return the campaign with all of its steps so many times over.
+
+        Raises
+        ------
+        BadInput
+            If the planner may mix the rounds.
+        """
+        if rounds == 1:
+            return self
+        if self.content.plan.order != "given":
+            raise BadInput(
+                f"rounds are run one after another, and order = “{self.content.plan.order}” would mix them",
+                file=self.path,
+                place="plan.order",
+                remedy="write order = “given”, or run it without --until",
+            )
+        content = self.content.model_copy(update={"step": self.content.step * rounds})
+        return replace(
+            self,
+            content=content,
+            step_lines=self.step_lines * rounds,
+            nested_lines=self.nested_lines * rounds,
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the campaign's facts for run files and ``plan --json``."""

@@ -11,10 +11,10 @@ import click
 from bufferstand.cli.arming import yes_move_option
 from bufferstand.cli.campaign import nothing_moved
 from bufferstand.cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
-from bufferstand.foundation import program
+from bufferstand.foundation import BadInput, program
 
 if TYPE_CHECKING:
-    from bufferstand.daq.campaign import CampaignOutcome
+    from bufferstand.daq.campaign import CampaignOutcome, UntilKnown
     from bufferstand.daq.campaign_folder import CampaignRecord
     from bufferstand.daq.monitor import Address
 
@@ -36,10 +36,36 @@ if TYPE_CHECKING:
     default=1.0,
     help=f"Stand time in multiples of real time, for a simulated stand (default 1); {JUDGED_TO_SPEED}.",
 )
+@click.option(
+    "--until",
+    "goal",
+    metavar="GOAL",
+    help="Repeat the campaign's steps until the mean of each step's runs is known so well: "
+    "“u(damping) < 0.002” (standard uncertainty; U(…): expanded, k = 2), or say that it cannot be.",
+)
+@click.option(
+    "--rounds",
+    type=click.IntRange(1, 50),
+    help="With --until: so many rounds at most (default 5, at most 50).",
+)
+@click.option(
+    "--hours",
+    type=FiniteRange(min=0.01, max=72.0),
+    help="With --until: so long at most by the plan (default 8, at most 72).",
+)
 @monitor_option
 @yes_move_option("specimen")
 def command(
-    campaign: Path, out: Path, simulate: bool, speed: float, monitor: Address | None, yes_move: str | None
+    *,
+    campaign: Path,
+    out: Path,
+    simulate: bool,
+    speed: float,
+    goal: str | None,
+    rounds: int | None,
+    hours: float | None,
+    monitor: Address | None,
+    yes_move: str | None,
 ) -> int:
     """Run a campaign with live progress; record one HDF5 file a run.
 
@@ -51,6 +77,10 @@ def command(
     the stand file, which is for a stand that is served on its own. For a spring that is not as its model says
     set specimen_force_factor in [simulation] (0.9: 10 % softer).
 
+    With --until all rounds are planned and judged by every limit before anything moves. After each the runs
+    are evaluated; what errors of the channels leave, which are the same in every run, no repetition lowers,
+    and then it says so and ends. resume goes on with the same goal. Not known in the end: exit status 3.
+
     Ctrl-C, SIGTERM and SIGHUP stop it: zero force, valve off, files whole. Exit status 0 when complete, 3
     when a limit or the operator stopped it, 4 on a fault of a device.
     """
@@ -58,13 +88,28 @@ def command(
         from bufferstand.cli.campaign import consent_to_move, demand_begun_anew, perform, prepare
         from bufferstand.daq.campaign_folder import load_record
 
-        prepared = prepare(campaign)
+        until = _until(goal, rounds, hours)
+        prepared = prepare(campaign, rounds=1 if until is None else until.most_rounds)
         record = load_record(out)
         if record is not None:
             demand_begun_anew(record, out, simulate=simulate)
         consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
-    outcome = perform(prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent)
+    outcome = perform(
+        prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent, until=until
+    )
     return finish(outcome, out)
+
+
+def _until(goal: str | None, rounds: int | None, hours: float | None) -> UntilKnown | None:
+    """Return what is to be known; None without a goal."""
+    if goal is None:
+        if rounds is None and hours is None:
+            return None
+        option = "--rounds" if rounds is not None else "--hours"
+        raise BadInput("has a meaning with --until only", file=option, remedy="add --until, or leave it out")
+    from bufferstand.daq.campaign import HOURS, ROUNDS, UntilKnown
+
+    return UntilKnown.parsed(goal, rounds or ROUNDS, hours or HOURS)
 
 
 def finish(outcome: CampaignOutcome, out: Path) -> int:
@@ -84,6 +129,8 @@ def finish(outcome: CampaignOutcome, out: Path) -> int:
         if outcome.exit_status:
             click.echo(f"bufferstand: {outcome.reason}", err=True)
         record, rows = load_record(out), read_as_run(out)
+        if not outcome.exit_status and record is not None and record.until:
+            click.echo(record.until["sentence"])
         kept = rows if record is None else rows_in_force(rows, record.hashes)
         if kept:
             without = f"; {gone}" if (gone := replaced_sentence(rows, kept)) else ""

@@ -9,6 +9,7 @@ from bufferstand.cli.lazy import LazyGroup
 COMMANDS = {
     "fit": "Identify a model from recorded runs, with intervals, and say what the runs do not tell.",
     "families": "Which kind of spring it is: eight families on the same runs, and the run that tells them.",
+    "next": "Which step to run next: what each admissible one would tell, for a minute of stand time.",
     "simulate": "Force, heat and temperature over a stroke history: a table and a picture.",
     "compare": "A model against measured runs: damping, end force, temperature, residuals, pictures.",
     "train": "Vehicles with springs of their own models run into each other: forces, speeds, energies.",
