@@ -177,8 +177,7 @@ def test_stiffness_and_force_speed_curve_are_optional_and_come_back_as_written(t
         (
             'protocol = "gsv2"',
             'protocol = "gsv8"',
-            "amplifier.protocol: protocol = “gsv8” is not known; write “aed”, “ascii-line”, “gsv2” or "
-            "“modbus”",
+            "protocol = “gsv8” is not known; write “aed”, “ascii-line”, “gsv2” or “modbus”",
         ),
         (
             "rate_Hz = 250.0",
