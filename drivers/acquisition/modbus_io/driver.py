@@ -20,7 +20,7 @@ from bufferstand.drivers.acquisition.modbus_io.description import Description, E
 from bufferstand.drivers.acquisition.modbus_io.points import Place, Point
 from bufferstand.drivers.acquisition.modbus_io.reads import Image, Read, planned_reads
 from bufferstand.drivers.acquisition.modbus_io.settings import ModbusIoSettings
-from bufferstand.drivers.interfaces import SampleBlock, SensorFault, StreamFacts
+from bufferstand.drivers.interfaces import ClockReading, SampleBlock, SensorFault, StreamFacts
 from bufferstand.drivers.mailbox import Mailbox
 from bufferstand.drivers.modbus import ModbusLink, ModbusRefusal
 from bufferstand.drivers.register_maps import decode_value
@@ -86,6 +86,10 @@ class ModbusIoDriver:
         self._last_us = -1
         self._failing = False
         self._late_told_s = -math.inf
+
+    def clock_readings(self) -> Sequence[ClockReading]:
+        """Return none: its values are stamped by this computer."""
+        return ()
 
     def ask_for_stop(self, reason: str) -> None:
         """Do nothing: nothing is ever written to such a device."""
