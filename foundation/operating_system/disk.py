@@ -76,7 +76,7 @@ def sync_folder(folder: Path) -> None:
     OSError
         If the folder cannot be opened or synchronised.
     """
-    if os.name != "posix":
+    if not hasattr(os, "O_DIRECTORY"):
         return
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
