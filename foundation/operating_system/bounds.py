@@ -169,7 +169,7 @@ class ReaderBounds:
 
 
 def _fill_by_waiting(process: subprocess.Popen[bytes], view: memoryview, patience_s: float) -> None:
-    """Fill a buffer where a pipe cannot be asked whether something is there: a wait too long ends the process."""
+    """Fill a buffer where a pipe cannot be asked what is there: too long a wait ends the process."""
     assert process.stdout is not None
     late = threading.Event()
 

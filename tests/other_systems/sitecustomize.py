@@ -1,4 +1,4 @@
-"""Makes a Python process lack what Windows lacks; loaded by each one that finds this folder on PYTHONPATH.
+"""Makes a Python process lack what Windows lacks; each that finds this folder on PYTHONPATH loads it.
 
 What is loaded here first chose its code by the real system and keeps it: only bufferstand is to take the other
 way. The lock of files is kept by POSIX; a job of Windows is one that does nothing.
@@ -29,20 +29,32 @@ import uuid  # noqa: F401
 from concurrent.futures import process as _pool  # noqa: F401
 from contextlib import suppress
 
-for _name in ("numpy", "scipy.optimize", "scipy.linalg", "h5py", "pandas", "matplotlib.figure", "matplotlib.font_manager",
-              "matplotlib.backends.backend_svg", "click", "rich.console", "serial", "pymodbus.client", "mimetypes",
-              "tzlocal"):  # fmt: skip
+LOADED_BEFORE = (
+    *("numpy", "scipy.optimize", "scipy.linalg", "h5py", "pandas", "matplotlib.figure"),
+    *("matplotlib.font_manager", "matplotlib.backends.backend_svg", "click", "rich.console", "serial"),
+    *("pymodbus.client", "mimetypes", "tzlocal"),
+)
+for _name in LOADED_BEFORE:
     with suppress(ImportError):  # some come with extras
         importlib.import_module(_name)
 
 LACKING = ("fcntl", "resource", "termios", "tty", "pty", "pwd", "grp")
 NO_SYSTEM_CALLS = (
-    "fork", "pread", "pwrite", "preadv", "readv", "fdatasync", "posix_fallocate", "fchmod", "memfd_create",
-    "sched_getaffinity", "nice", "getuid", "geteuid", "killpg", "setsid", "mkfifo", "O_NOFOLLOW", "O_DIRECTORY",
-    "O_NONBLOCK", "O_CLOEXEC", "fchown", "chown", "sysconf",
-)  # fmt: skip
-NO_SIGNALS = ("SIGHUP", "SIGUSR1", "SIGUSR2", "SIGPROF", "SIGIO", "SIGALRM", "setitimer",
-              "ITIMER_PROF", "alarm")  # fmt: skip
+    *("fork", "pread", "pwrite", "preadv", "readv", "fdatasync", "posix_fallocate", "fchmod", "memfd_create"),
+    *("sched_getaffinity", "nice", "getuid", "geteuid", "killpg", "setsid", "mkfifo", "O_NOFOLLOW"),
+    *("O_DIRECTORY", "O_NONBLOCK", "O_CLOEXEC", "fchown", "chown", "sysconf"),
+)
+NO_SIGNALS = (
+    "SIGHUP",
+    "SIGUSR1",
+    "SIGUSR2",
+    "SIGPROF",
+    "SIGIO",
+    "SIGALRM",
+    "setitimer",
+    "ITIMER_PROF",
+    "alarm",
+)
 
 
 def _locked(handle: int, mode: int, size: int) -> None:

@@ -1,4 +1,4 @@
-"""The offline half where the system has nothing of what only Linux has: see ``sitecustomize.py``, same folder."""
+"""The offline half where the system lacks what only Linux has (``sitecustomize.py`` beside this)."""
 
 from __future__ import annotations
 

@@ -61,9 +61,7 @@ class WindowsPython:
 
     folder: Path
 
-    def run(
-        self, *arguments: object, where: Path, timeout_s: float = 900
-    ) -> subprocess.CompletedProcess[str]:
+    def run(self, *arguments: object, where: Path) -> subprocess.CompletedProcess[str]:
         """Run ``python -m bufferstand`` with these arguments in a folder."""
         environment = {
             **os.environ,
