@@ -82,7 +82,11 @@ def plain_terminals() -> Iterator[None]:
 
 def _plain(stream: TextIO) -> TextIO:
     try:
-        if not isinstance(stream, io.TextIOWrapper) or not stream.isatty():
+        if not isinstance(stream, io.TextIOWrapper):
+            return stream
+        if not stream.isatty():
+            if sys.platform == "win32":  # whose code page lacks ± and ≥, and differs from desk to desk
+                stream.reconfigure(encoding="utf-8")
             return stream
     except (OSError, ValueError):
         return stream

@@ -5,10 +5,12 @@ from __future__ import annotations
 import difflib
 import importlib
 import keyword
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import click
+
+from bufferstand.foundation.operating_system import need_linux
 
 
 def module_name(command: str) -> str:
@@ -28,6 +30,8 @@ class LazyGroup(click.Group):
         Name → what it does, in the order in which they are listed.
     sections : mapping, optional
         Title → names, for a list in parts; names that no part has come last.
+    of_stand : collection of str, optional
+        Those that work a stand, and so need Linux.
     """
 
     def __init__(
@@ -36,21 +40,31 @@ class LazyGroup(click.Group):
         modules: Mapping[str, str],
         summaries: Mapping[str, str],
         sections: Mapping[str, Sequence[str]] | None = None,
+        of_stand: Collection[str] = (),
         **options: Any,
     ) -> None:
         super().__init__(*args, **options)
         self._modules = dict(modules)
         self._summaries = dict(summaries)
         self._sections = dict(sections or {})
+        self._of_stand = frozenset(of_stand)
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
         """Return the names in their own order, not of the alphabet."""
         return list(self._summaries)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:  # noqa: ARG002
-        """Return the sub-command, imported now; None if there is none of that name."""
+        """Return the sub-command, imported now; None if there is none of that name.
+
+        Raises
+        ------
+        BadInput
+            If it needs Linux, and this is another system.
+        """
         if name not in self._modules:
             return None
+        if name in self._of_stand:
+            need_linux(name)
         command = importlib.import_module(self._modules[name]).command
         assert isinstance(command, click.Command)
         return command

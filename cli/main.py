@@ -19,6 +19,7 @@ try:
     from bufferstand.cli.closed_terminal import drop, is_closed_terminal, plain_terminals, shows_on_terminal
     from bufferstand.cli.lazy import LazyGroup, module_name
     from bufferstand.foundation import BadInput, DeviceFault, ExitStatus
+    from bufferstand.foundation.operating_system import ENDING_SIGNALS
 except KeyboardInterrupt:  # while that is loaded; the status is ExitStatus.STOPPED
     sys.stderr.write("bufferstand: stopped by the operator: nothing was begun\n")
     raise SystemExit(3) from None
@@ -88,6 +89,22 @@ SECTIONS = {
 }
 """The commands in the order of the work; those that are named nowhere come last."""
 
+OF_STAND = (
+    "demo",
+    "desk",
+    "check",
+    "stand",
+    "run",
+    "resume",
+    "record",
+    "monitor",
+    "stop",
+    "note",
+    "simulate-stand",
+    "fault",
+)
+"""What works a stand, a real or a simulated one: it needs Linux."""
+
 _GROUPS = {
     "campaign": ("demo", "desk", "plan", "run", "resume", "record", "monitor", "stop", "note"),
     "stand": ("check", "instruments", "simulate-stand", "fault"),
@@ -127,6 +144,7 @@ BUG_STATUS = 70
     modules={name: f"bufferstand.cli.commands.{module}" for name, module in MODULES.items()},
     summaries=COMMANDS,
     sections=SECTIONS,
+    of_stand=OF_STAND,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Start with:  bufferstand demo\n\nEach command has an example:  bufferstand evaluate --help",
     invoke_without_command=True,
@@ -207,7 +225,9 @@ def _ended_by_signals() -> Iterator[None]:
         yield
         return
     numbers = [
-        number for number in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(number) is signal.SIG_DFL
+        number
+        for number in ENDING_SIGNALS
+        if number is not signal.SIGINT and signal.getsignal(number) is signal.SIG_DFL
     ]
     for number in numbers:
         signal.signal(number, _interrupt)

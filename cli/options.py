@@ -162,7 +162,7 @@ def open_output(target: str) -> Iterator[TextIO]:
             raise BadInput("standard output is closed", remedy="open it, or name a file")
         yield sys.stdout
         return
-    with replaced_whole(Path(target)) as path, path.open("w", encoding="utf-8") as stream:
+    with replaced_whole(Path(target)) as path, path.open("w", encoding="utf-8", newline="\n") as stream:
         yield stream
 
 

@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
+
+from bufferstand.foundation.operating_system import sync_folder, write_at
 
 Pwrite = Callable[[int, bytes | memoryview, int], int]
 
 
-def sync_directory(directory: Path) -> None:
-    """Make the names in a directory survive a power cut.
-
-    Raises
-    ------
-    OSError
-        If the directory cannot be opened or synchronised.
-    """
-    handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def write_all(handle: int, data: bytes | memoryview, offset: int, pwrite: Pwrite = os.pwrite) -> None:
+def write_all(handle: int, data: bytes | memoryview, offset: int, pwrite: Pwrite = write_at) -> None:
     """Write every byte of ``data`` at ``offset``: a write may be short without being an error.
 
     Raises
@@ -50,4 +36,4 @@ def give_final_name(temporary: Path, final: Path) -> None:
         If the name cannot be given.
     """
     temporary.replace(final)
-    sync_directory(final.parent)
+    sync_folder(final.parent)

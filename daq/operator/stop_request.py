@@ -13,7 +13,9 @@ from contextlib import contextmanager
 from enum import IntEnum
 from types import FrameType
 
-STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from bufferstand.foundation.operating_system import ENDING_SIGNALS
+
+STOP_SIGNALS = ENDING_SIGNALS
 """Every one of them ends the campaign by the same safe stop."""
 
 
@@ -32,8 +34,9 @@ _HOW = {
     StopLevel.AFTER_STEP: "after the step",
 }
 LATER_SIGNALS = {
-    signal.SIGUSR1: (StopLevel.AFTER_CYCLE, "SIGUSR1 (after the cycle)"),
-    signal.SIGUSR2: (StopLevel.AFTER_STEP, "SIGUSR2 (after the step)"),
+    getattr(signal, name): (level, f"{name} ({_HOW[level]})")
+    for name, level in (("SIGUSR1", StopLevel.AFTER_CYCLE), ("SIGUSR2", StopLevel.AFTER_STEP))
+    if hasattr(signal, name)
 }
 """They let what is under way come to its end first."""
 

@@ -24,6 +24,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from bufferstand.foundation.operating_system import is_lock_taken
+
 PREFIX = "bufferstand"
 LONGEST = 4096
 """A notice has at most so many bytes; what is longer is none."""
@@ -32,8 +34,6 @@ GREATEST_PID = 1 << 31
 FRESH_S = 60.0
 """So young a notice is left alone, also unlocked: its process is about to lock it [s]."""
 _TRIES, _AGAIN_S = 5, 0.01
-_LOCKED_AT = 1 << 20
-"""Where a lock is put on Windows: behind the content, which others are to read [byte]."""
 
 
 @dataclass(frozen=True)
@@ -361,28 +361,9 @@ def _is_locked(path: Path) -> bool:
         os.close(file)
 
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _lock(file: int, *, shared: bool = False) -> bool:  # noqa: ARG001 - it knows exclusive ones only
-        """Lock a file until it is closed; return whether nobody else has."""
-        try:
-            os.lseek(file, _LOCKED_AT, os.SEEK_SET)
-            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
-            os.lseek(file, 0, os.SEEK_SET)
-        except OSError:
-            return False
-        return True
-
-else:
-    import fcntl
-
-    def _lock(file: int, *, shared: bool = False) -> bool:
-        """Lock a file until it is closed; return whether nobody else has."""
-        try:
-            fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return False
-        except OSError:  # a file system without locks: nobody can be told to have one
-            return True
+def _lock(file: int, *, shared: bool = False) -> bool:
+    """Lock a file until it is closed; return whether nobody else has."""
+    try:
+        return is_lock_taken(file, shared=shared)
+    except OSError:  # a file system without locks: nobody can be told to have one
         return True

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import socket
 import struct
-import termios
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -18,6 +17,13 @@ from pymodbus.exceptions import ModbusIOException
 from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
 
 from bufferstand.foundation import steady_s
+
+try:
+    import termios
+except ImportError:  # Windows: where a plan is made, no wire is opened
+    _TERMINAL_ERRORS: tuple[type[BaseException], ...] = ()
+else:
+    _TERMINAL_ERRORS = (termios.error,)
 
 Client = ModbusTcpClient | ModbusSerialClient
 _Client = TypeVar("_Client", ModbusTcpClient, ModbusSerialClient)
@@ -226,7 +232,7 @@ class RtuWire:
                 inter_byte_timeout=client.inter_byte_timeout or None,
             )
             line.reset_input_buffer()
-        except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError
+        except (OSError, ValueError, *_TERMINAL_ERRORS) as error:  # SerialException is an OSError
             raise CannotOpenError(
                 f"cannot open the serial line: {error}",
                 "is the adapter plugged in, the port of the stand file right, no other program on it, "

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.archive.local_workers import (
         LocalWorkers,
-        usable_cores,
     )
     from bufferstand.evaluation.archive.run_files import (
         find_runs,
@@ -88,7 +87,6 @@ __all__ = [
     "settings_entry",
     "software",
     "spawned_workers",
-    "usable_cores",
     "write_document",
     "write_tables",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -11,17 +10,13 @@ from dataclasses import dataclass
 from bufferstand.evaluation.archive.settings_and_software import EvaluationSettings, software
 from bufferstand.evaluation.archive.tasks import File, Outcome, batches, evaluate_batch
 from bufferstand.evaluation.archive.worker_processes import handed_out, spawned_workers
+from bufferstand.foundation.operating_system import usable_cores
 
 DIED = "the process that evaluated it died: out of memory, or a library crashed on what is in it"
 _HERE_FILES = 3
 _HERE_BYTES = 8_000_000
 _AHEAD = 2
 """Tasks handed out ahead, a process: the next is there when one is done, and few are suspect if it dies."""
-
-
-def usable_cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@ from multiprocessing.connection import wait as wait_for_end
 from typing import Any, TypeVar
 
 from bufferstand.evaluation.archive.settings_and_software import THREADS
+from bufferstand.foundation.operating_system import let_signals_come, signals_held
 
 Result = TypeVar("Result")
 
 _MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(8 << 20), "MALLOC_TRIM_THRESHOLD_": str(64 << 20)}
 """A process that makes and drops the same small arrays for each run keeps their memory (glibc's mallopt), or
 the system would fill every page of them with zeros anew: 5 % of an evaluation. Large arrays go back."""
-_ENDING = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 
 
 @contextmanager
@@ -76,17 +76,14 @@ def handed_out(pool: ProcessPoolExecutor, work: Callable[..., Result], *argument
     BrokenProcessPool
         If a process of the pool has died.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
-    try:
+    with signals_held():
         return pool.submit(work, *arguments)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _end_with_parent() -> None:
     """In a process that evaluates: ignore interrupts, let other signals end it, and end with the parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDING)
+    let_signals_come()
     threading.Thread(target=_wait_for_parent, daemon=True).start()
 
 

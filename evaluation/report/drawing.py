@@ -8,9 +8,10 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Protocol
 
-from bufferstand.evaluation.archive import handed_out, spawned_workers, usable_cores
+from bufferstand.evaluation.archive import handed_out, spawned_workers
 from bufferstand.evaluation.figures import Plot, draw
 from bufferstand.evaluation.wording import Language
+from bufferstand.foundation.operating_system import usable_cores
 
 _FEW = 8
 """So many figures are drawn here before another process could begin."""

@@ -77,7 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
             return 1
         build(platform, folder / platform)
         record[platform] = {"compiler": tool, "sha256": digests(folder / platform, (name,))[name]}
-    (folder / "build.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+    (folder / "build.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8", newline="\n")
     return 0
 
 

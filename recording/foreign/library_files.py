@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import resource
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput, how_to_add
+from bufferstand.foundation.operating_system import bounded_memory
 from bufferstand.recording.foreign.record import Floats, Header
 
 MOST_MEMORY = 1 << 30
@@ -32,7 +32,7 @@ def of_library(path: Path, kind: str, place: str = "") -> Iterator[None]:
         Instead of any other exception.
     """
     try:
-        with bounded_memory():
+        with bounded_memory(MOST_MEMORY):
             yield
     except BadInput:
         raise
@@ -45,23 +45,6 @@ def of_library(path: Path, kind: str, place: str = "") -> Iterator[None]:
             place=place,
             remedy="copy it again from where it was recorded",
         ) from None
-
-
-@contextmanager
-def bounded_memory() -> Iterator[None]:
-    """While inside, this process may take no more than :data:`MOST_MEMORY` beyond what it has.
-
-    A damaged count makes a library ask for any amount: it gets a ``MemoryError`` at once.
-    """
-    before, hard = resource.getrlimit(resource.RLIMIT_AS)
-    pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-    most = pages * resource.getpagesize() + MOST_MEMORY
-    ends = [limit for limit in (before, hard) if limit != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_AS, (min([most, *ends]), hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_AS, (before, hard))
 
 
 class _Hushed:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 from collections.abc import Callable
 from pathlib import Path
 
 from bufferstand.foundation import BadInput
-from bufferstand.recording.whole_files import Pwrite, give_final_name, sync_directory, write_all
+from bufferstand.foundation.operating_system import (
+    BINARY,
+    is_lock_taken,
+    reserve_space,
+    sync_data,
+    sync_folder,
+    write_at,
+)
+from bufferstand.recording.whole_files import Pwrite, give_final_name, write_all
 
 JOURNAL_SUFFIX = ".journal"
 _STARTING = ".tmp"
@@ -41,9 +48,9 @@ class JournalFile:
         path: Path,
         header: bytes,
         *,
-        pwrite: Pwrite = os.pwrite,
-        fdatasync: Callable[[int], None] = os.fdatasync,
-        fallocate: Callable[[int, int, int], None] = os.posix_fallocate,
+        pwrite: Pwrite = write_at,
+        fdatasync: Callable[[int], None] = sync_data,
+        fallocate: Callable[[int, int, int], None] = reserve_space,
     ) -> None:
         self.path = path
         self.size = 0
@@ -54,7 +61,7 @@ class JournalFile:
         self._pwrite, self._fdatasync, self._fallocate = pwrite, fdatasync, fallocate
         starting = path.with_name(path.name + _STARTING)
         try:
-            self._handle = os.open(starting, os.O_RDWR | os.O_CREAT, 0o644)
+            self._handle = os.open(starting, os.O_RDWR | os.O_CREAT | BINARY, 0o644)
         except OSError as error:
             raise BadInput(f"cannot record here: {error.strerror}", file=path.parent) from None
         try:
@@ -143,12 +150,10 @@ def lock_or_refuse(handle: int, path: Path) -> None:
     BadInput
         If another process records or seals it.
     """
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not is_lock_taken(handle):
         raise BadInput(
             "in use: it is being recorded or sealed", file=path, remedy="wait until that has ended"
-        ) from None
+        )
 
 
 def remove_journal(path: Path) -> None:
@@ -160,4 +165,4 @@ def remove_journal(path: Path) -> None:
         If it cannot be removed.
     """
     path.unlink(missing_ok=True)
-    sync_directory(path.parent)
+    sync_folder(path.parent)

@@ -15,6 +15,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from bufferstand.foundation.operating_system import (
+    BINARY,
+    make_read_only,
+    read_at,
+    reserve_space,
+    write_at,
+)
 from bufferstand.recording.whole_files import Pwrite, write_all
 
 
@@ -38,8 +45,8 @@ class TreeFile(io.RawIOBase):
         self,
         path: Path,
         *,
-        pwrite: Pwrite = os.pwrite,
-        fallocate: Callable[[int, int, int], None] = os.posix_fallocate,
+        pwrite: Pwrite = write_at,
+        fallocate: Callable[[int, int, int], None] = reserve_space,
     ) -> None:
         super().__init__()
         self.path = path
@@ -48,7 +55,7 @@ class TreeFile(io.RawIOBase):
         self._failure: OSError | None = None
         self._kept = False
         path.unlink(missing_ok=True)
-        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+        self._handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | BINARY, 0o644)
 
     def __enter__(self) -> Self:
         return self
@@ -95,7 +102,7 @@ class TreeFile(io.RawIOBase):
         """
         self.raise_failure()
         write_all(self._handle, head, 0, self._pwrite)
-        os.fchmod(self._handle, 0o444)
+        make_read_only(self._handle, self.path)
         os.fsync(self._handle)
         self._kept = True
 
@@ -127,7 +134,7 @@ class TreeFile(io.RawIOBase):
         """Fill a buffer from the position on; where reading fails, with zeros."""
         view = memoryview(buffer).cast("B")
         try:
-            found = os.pread(self._handle, len(view), self._position)
+            found = read_at(self._handle, len(view), self._position)
         except OSError as error:
             self._fail(error)
             found = b""

@@ -10,11 +10,8 @@ content: ``J`` for JSON, ``D`` for bytes. It begins with a ``J``; a ``J`` with `
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
-import resource
-import signal
 import struct
 import sys
 from pathlib import Path
@@ -25,6 +22,7 @@ import orjson
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.operating_system import bound_processor_time, bound_reader
 from bufferstand.recording.runfile.content_checks import stated_faults
 from bufferstand.recording.runfile.reading import (
     blocks_of,
@@ -38,8 +36,6 @@ from bufferstand.recording.runfile.structure import StoredDataset, datasets_of
 HEAD = struct.Struct("<cQ")
 INLINE_BYTES = 8 << 20
 """Numbers of so many bytes come with the reply to ``open``."""
-MEMORY_BYTES = 1 << 30
-"""So much memory reading may take beyond what the process has when it begins."""
 
 
 class ReaderServer:
@@ -145,44 +141,18 @@ def stamp_of(path: Path) -> list[int]:
     return [facts.st_size, facts.st_mtime_ns, facts.st_ino]
 
 
-def _die_with(alive: int) -> None:
-    """Have the system end this process when the other end of a pipe is closed, whatever runs then."""
-    signal.signal(signal.SIGIO, signal.SIG_DFL)  # whose default is the end
-    fcntl.fcntl(alive, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(alive, fcntl.F_SETFL, fcntl.fcntl(alive, fcntl.F_GETFL) | os.O_ASYNC | os.O_NONBLOCK)
-    try:
-        if not os.read(alive, 1):  # it was closed before that
-            os._exit(1)
-    except BlockingIOError:
-        pass
-
-
-def _bound_memory() -> None:
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    most = pages * resource.getpagesize() + MEMORY_BYTES
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    resource.setrlimit(
-        resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-    )
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
-
-def serve(alive: int) -> None:
+def serve(alive: int, memory_bytes: int) -> None:
     """Answer requests from standard input until it ends."""
-    for number in (signal.SIGINT, signal.SIGHUP):  # of the terminal: for the process that asks
-        signal.signal(number, signal.SIG_IGN)
-    signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    _die_with(alive)
-    _bound_memory()
+    bound_reader(alive, memory_bytes)
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no reply
     server = ReaderServer(out)
     for line in sys.stdin.buffer:
         request = json.loads(line)  # a path that is no UTF-8 is no JSON for orjson
-        signal.setitimer(signal.ITIMER_PROF, request["seconds"])
+        bound_processor_time(request["seconds"])
         server.answer(request)
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        bound_processor_time(0.0)
 
 
 if __name__ == "__main__":
-    serve(int(sys.argv[1]))
+    serve(int(sys.argv[2]), int(sys.argv[1]))

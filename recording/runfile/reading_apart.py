@@ -7,10 +7,8 @@ started for the first file and serves all others.
 from __future__ import annotations
 
 import atexit
-import fcntl
 import json
 import os
-import select
 import signal
 import struct
 import subprocess
@@ -26,8 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.operating_system import ReaderBounds, nameless_file, read_at
 
 RESTORE = "restore the file from a copy"
+MEMORY_BYTES = 1 << 30
+"""So much memory reading may take beyond what the other process has when it begins."""
 LEAST_S = 5.0
 """So much processor time a request has in any case: a thousand times of what a small file takes …"""
 BYTES_PER_S = 5_000_000
@@ -36,8 +37,7 @@ WALL_RATIO = 10
 """Waiting for a disk or for busy cores is no fault of the file; waiting for ever helps nobody."""
 _HEAD = struct.Struct("<cQ")
 _MODULE = "bufferstand.recording.runfile.reader_process"
-_PIPE_BYTES = 1 << 20
-_FROM_OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)
+_FROM_OUTSIDE = tuple(-getattr(signal, name) for name in ("SIGKILL", "SIGTERM") if hasattr(signal, name))
 """Somebody, or the system for want of memory, ended the process: that may be no fault of the file."""
 _ALL = slice(None)
 Answer = TypeVar("Answer")
@@ -54,7 +54,8 @@ class ReaderProcess:
         self._lock = threading.RLock()
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
-        self._alive = self._told = -1
+        self._told = -1
+        self._bounds = ReaderBounds(MEMORY_BYTES)
         self._patience_s = 0.0
 
     def ask(self, path: Path, receive: Callable[[ReaderProcess], Answer], **request: Any) -> Answer:
@@ -158,23 +159,11 @@ class ReaderProcess:
             "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
             "HDF5_PLUGIN_PRELOAD": "::",  # no code from elsewhere for what a file says it is packed with
         }
-        watched, self._alive = os.pipe()
-        self._told = os.memfd_create("told")
-        try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", _MODULE, str(watched)],
-                env=environment,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=self._told,
-                pass_fds=(watched,),
-                start_new_session=True,  # an interrupt from the terminal is for this process alone
-            )
-        finally:
-            os.close(watched)
+        self._told = nameless_file()
+        self._process = self._bounds.start(
+            [sys.executable, "-P", "-m", _MODULE, str(MEMORY_BYTES)], environment, self._told
+        )
         self._owner = os.getpid()
-        assert self._process.stdout is not None
-        fcntl.fcntl(self._process.stdout, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
 
     def _dismissed(self) -> tuple[int, str]:
         """End the process if it still runs; return its status, and the last line that it said."""
@@ -190,9 +179,9 @@ class ReaderProcess:
             process.kill()
             status = process.wait()
         size = os.fstat(self._told).st_size
-        last = os.pread(self._told, 4096, max(0, size - 4096)).decode(errors="replace").strip()
+        last = read_at(self._told, 4096, max(0, size - 4096)).decode(errors="replace").strip()
         os.close(self._told)
-        os.close(self._alive)
+        self._bounds.close()
         return status, last.rpartition("\n")[2]
 
     def _head(self) -> tuple[bytes, int]:
@@ -211,21 +200,12 @@ class ReaderProcess:
 
     def _fill(self, view: memoryview) -> None:
         assert self._process is not None
-        assert self._process.stdout is not None
-        handle = self._process.stdout.fileno()
-        waiting = select.poll()
-        waiting.register(handle, select.POLLIN)
-        waited_s = 0
-        while view:
-            if not waiting.poll(1000):  # counted so, a process that was halted for hours has waited a second
-                waited_s += 1
-                if waited_s > self._patience_s:
-                    raise _Ended("it cannot be read in reasonable time")
-                continue
-            taken = os.readv(handle, [view])
-            if not taken:
-                raise _Ended
-            view = view[taken:]
+        try:
+            self._bounds.fill(self._process, view, self._patience_s)
+        except TimeoutError:
+            raise _Ended("it cannot be read in reasonable time") from None
+        except EOFError:
+            raise _Ended from None
 
 
 READER = ReaderProcess()
@@ -362,7 +342,7 @@ def _size_of(path: Path) -> int:
 
 
 def _why(status: int, last: str) -> str:
-    if status == -signal.SIGPROF:
+    if sys.platform != "win32" and status == -signal.SIGPROF:
         return "HDF5 does not come to an end with it"
     if status < 0:
         return f"HDF5 crashes on it ({signal.Signals(-status).name})"

@@ -93,7 +93,7 @@ def _change(stand: Path, channel: str, before: Calibration, imported: ChannelCal
 
     text = changed_stand(stand, channel, before, imported)
     with replaced_whole(stand) as place:
-        place.write_text(text, encoding="utf-8")
+        place.write_text(text, encoding="utf-8", newline="\n")
         try:
             load_stand(place)
         except BadInput as error:

@@ -75,11 +75,11 @@ def command(paths: tuple[Path, ...], out: Path, model_file: Path | None, tempera
     found = compare_with_paper(buffer, load_model(models / "draw-hook-elastomer.toml"))
     try:
         _draw(found.figures, out)
-        (out / "comparison.md").write_text(page(found), encoding="utf-8")
-        (out / "comparison.csv").write_text(as_csv(found.rows), encoding="utf-8")
+        (out / "comparison.md").write_text(page(found), encoding="utf-8", newline="\n")
+        (out / "comparison.csv").write_text(as_csv(found.rows), encoding="utf-8", newline="\n")
         if measured is not None:
             _draw(measured.figures, out)
-            (out / "measured.csv").write_text(measured_csv(measured), encoding="utf-8")
+            (out / "measured.csv").write_text(measured_csv(measured), encoding="utf-8", newline="\n")
     except OSError as error:
         raise BadInput(f"cannot be written: {error.strerror}", file=out) from None
     click.echo(f"{len(found.figures)} pictures and {len(found.rows)} figures in {out}")
@@ -103,7 +103,7 @@ def _draw(figures: tuple[PaperFigure, ...], out: Path) -> None:
     from bufferstand.evaluation.figures import draw, draw_png
 
     for figure in figures:
-        (out / f"{figure.name}.svg").write_text(draw(figure.plot), encoding="utf-8")
+        (out / f"{figure.name}.svg").write_text(draw(figure.plot), encoding="utf-8", newline="\n")
         (out / f"{figure.name}.png").write_bytes(draw_png(figure.plot))
 
 

@@ -36,7 +36,7 @@ def lay_out(own: OwnTemplate | None, folder: Path) -> None:
         for number, line in enumerate(text.splitlines(), start=1):
             if _PACKAGE.search(line):
                 raise _refused(own.folder / TYPST, number, "it loads a package from elsewhere")
-    (place / TYPST).write_text(_NO_BLOCKS if text is None else text, encoding="utf-8")
+    (place / TYPST).write_text(_NO_BLOCKS if text is None else text, encoding="utf-8", newline="\n")
     for one in own.pictures() if own is not None else ():
         (place / one.name).write_bytes(one.data)
 

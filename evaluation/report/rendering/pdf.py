@@ -111,15 +111,15 @@ def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachm
     templates = files("bufferstand.evaluation.report.rendering").joinpath("templates")
     for name in _TEMPLATES:
         template = templates.joinpath(name).read_text(encoding="utf-8")
-        (folder / name).write_text(template, encoding="utf-8")
-    (folder / "report.json").write_text(document, encoding="utf-8")
+        (folder / name).write_text(template, encoding="utf-8", newline="\n")
+    (folder / "report.json").write_text(document, encoding="utf-8", newline="\n")
     lay_out(content.template, folder)
     for given, image in content.given().items():
         (folder / f"{given}.{image.suffix}").write_bytes(image.data)
     for place, attachment in inside.items():
         (folder / place).write_bytes(attachment.data)
     for number, svg in enumerate(figures, start=1):
-        (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8")
+        (folder / f"figure-{number}.svg").write_text(svg, encoding="utf-8", newline="\n")
 
 
 def _signing_line(ends: Sequence[Mapping[str, Any]]) -> SigningLine | None:

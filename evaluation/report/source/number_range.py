@@ -7,7 +7,6 @@ a report can be made anew byte by byte; another evaluation, or an amendment, has
 from __future__ import annotations
 
 import csv
-import fcntl
 import io
 import os
 import re
@@ -19,6 +18,7 @@ from pathlib import Path
 from string import Formatter
 
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.operating_system import BINARY, is_lock_taken
 
 COLUMNS = ("number", "running", "year", "evaluation", "report")
 """Of a register; ``evaluation`` is a hash of what was reported, empty for a number given elsewhere."""
@@ -137,21 +137,17 @@ def number_of_range(pattern: str, register: Path, *, year: int, evaluation: str,
 
 @contextmanager
 def _locked(register: Path) -> Iterator[int]:
-    handle = os.open(register, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    handle = os.open(register, os.O_RDWR | os.O_CREAT | BINARY | getattr(os, "O_CLOEXEC", 0), 0o666)
     try:
         until = time.monotonic() + _WAIT_S
-        while True:
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if time.monotonic() > until:
-                    raise BadInput(
-                        "another program has had the register of report numbers locked for 10 s",
-                        file=register,
-                        remedy="end that program, and try again",
-                    ) from None
-                time.sleep(_STEP_S)
+        while not is_lock_taken(handle):
+            if time.monotonic() > until:
+                raise BadInput(
+                    "another program has had the register of report numbers locked for 10 s",
+                    file=register,
+                    remedy="end that program, and try again",
+                )
+            time.sleep(_STEP_S)
         yield handle
     finally:
         os.close(handle)  # gives the lock back, too
