@@ -240,7 +240,13 @@ def test_a_model_is_shown_beside_the_runs_with_what_it_misses(tmp_path: Path) ->
     content = build_content(source)
     (section,) = [s for s in content.sections if s.id == "model"]
     assert section.title == "Model against measurement"
-    rows = table_named(content, "Measured and by the model").rows
+    table = table_named(content, "Measured and by the model")
+    assert [column.title for column in table.columns[2:4]] == [
+        "Damping compared, measured",
+        "Damping compared, model",
+    ]
+    assert "stand under What came out" in table.note  # which has another damping, of all samples
+    rows = table.rows
     assert [row[0].text for row in rows] == ["1", "2", "3"]
     # make_runs.py's static loop returns at 0.55 of the loading force.
     assert float(rows[0][2].text) == pytest.approx(0.45, abs=0.01)
