@@ -118,6 +118,7 @@ SLOW = (
     "tests/evaluation_report/test_content.py",
     "tests/evaluation_report/test_evidence.py",
     "tests/evaluation_report/test_figures.py",
+    "tests/evaluation_report/test_first_page.py",
     "tests/evaluation_report/test_given_images.py",
     "tests/evaluation_report/test_languages.py",
     "tests/evaluation_report/test_layout.py",
