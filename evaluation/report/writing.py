@@ -159,7 +159,8 @@ def write_comparison(
     Raises
     ------
     BadInput
-        As :func:`write_report`, or if there are fewer than two paths, more than 26, or the same one twice.
+        As :func:`write_report`, or if there are fewer than two paths, more than 26, the same one twice, or
+        the same recording in two of them.
     """
     _check_formats(formats)
     _check_workbook(table)
@@ -172,6 +173,7 @@ def write_comparison(
         )
     _check_sides(paths)
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
+    _check_recordings(paths, sources)
     check_chosen(sources, given.conformity)
     fields = given.fields or ReportFields()
     sides = side_by_side(sources, fields, language_for(fields, given.language))
@@ -236,6 +238,22 @@ def _check_sides(paths: Sequence[Path]) -> None:
                 "this is given twice: it does not differ from itself", file=path, remedy="give it once"
             )
         seen.add(path.resolve())
+
+
+def _check_recordings(paths: Sequence[Path], sources: Sequence[ReportSource]) -> None:
+    """Refuse one recording on two sides, as a copy of a folder has it: it does not differ from itself."""
+    seen: dict[str, Path] = {}
+    for path, source in zip(paths, sources, strict=True):
+        own = {str(run.metadata.get("content_sha256") or run.sha256): run for run in source.runs}
+        for content, run in own.items():
+            if content in seen:
+                raise BadInput(
+                    f"the recording {run.file} is one of {seen[content]}, too, with the same content: "
+                    "it does not differ from itself",
+                    file=path,
+                    remedy="give each recording once",
+                )
+        seen |= dict.fromkeys(own, path)
 
 
 def _write(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,16 @@ def sides_of(folders: tuple[Path, ...], factors: tuple[float, ...]) -> ComparedS
         read_source(folder, softer(document, factor)) for folder, factor in zip(folders, factors, strict=True)
     ]
     return side_by_side(sources, ReportFields())
+
+
+def test_a_draft_says_where_each_thing_is_to_be_given(folders: tuple[Path, Path, Path]) -> None:
+    sides = sides_of(folders[:2], (1.0, 0.9))
+    comparison = build_comparison(sides)
+    assert comparison.lacks[0].where.endswith("comparison (--fields FILE.toml):")
+    assert not any("report.toml" in lack.where for lack in comparison.lacks)
+    own = build_content(sides.sides[0].source)
+    assert own.lacks[0].where == "Missing, to be given in report.toml beside the runs:"
+    assert own.missing == tuple(item for lack in own.lacks for item in lack.items)
 
 
 def table_named(content: Content, start: str) -> Table:
@@ -197,6 +208,13 @@ def test_a_comparison_has_the_same_bytes_in_another_process(
 def test_what_cannot_be_compared_is_refused(folders: tuple[Path, Path, Path], tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="given twice"):
         write_comparison([folders[0], folders[0]], tmp_path)
+    copied = tmp_path.with_name("copied")
+    shutil.copytree(folders[1], copied)
+    with pytest.raises(
+        BadInput, match=r"one of .*two, too, with the same content: it does not differ"
+    ) as same:
+        write_comparison([folders[0], folders[1], copied], tmp_path)
+    assert same.value.file == str(copied)
     with pytest.raises(BadInput, match="takes 2 to 26 paths, not 1"):
         write_comparison(folders[:1], tmp_path)
     with pytest.raises(BadInput, match="takes no model"):
