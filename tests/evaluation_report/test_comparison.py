@@ -11,11 +11,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content.content import Content, Table
+from bufferstand.evaluation.report.sections.comparison import _scatter
 from bufferstand.evaluation.report.source.fields import ReportFields, read_fields
 from bufferstand.evaluation.report.source.reading import Given, read_source
 from bufferstand.evaluation.report.source.source import ReportSource
@@ -64,6 +66,13 @@ def test_a_draft_says_where_each_thing_is_to_be_given(folders: tuple[Path, Path,
     own = build_content(sides.sides[0].source)
     assert own.lacks[0].where == "Missing, to be given in report.toml beside the runs:"
     assert own.missing == tuple(item for lack in own.lacks for item in lack.items)
+
+
+def test_what_summing_leaves_of_equal_values_is_no_standard_deviation() -> None:
+    values = [0.1 + 0.2, 0.3, 0.3]
+    assert np.std(values, ddof=1) > 0.0
+    assert _scatter(values) == 0.0
+    assert _scatter([1000.0, 1000.1, 1000.2]) == pytest.approx(0.1)
 
 
 def table_named(content: Content, start: str) -> Table:
