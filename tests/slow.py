@@ -115,6 +115,7 @@ SLOW = (
     "tests/evaluation_report/test_certificate.py",
     "tests/evaluation_report/test_checklist.py",
     "tests/evaluation_report/test_comparison.py",
+    "tests/evaluation_report/test_conditions.py",
     "tests/evaluation_report/test_content.py",
     "tests/evaluation_report/test_evidence.py",
     "tests/evaluation_report/test_figures.py",

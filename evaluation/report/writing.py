@@ -100,7 +100,7 @@ def write_report(
     _check_formats(formats)
     _check_workbook(table)
     _check_signing(key, () if out is None else formats)
-    check_outputs([file for file in (table, digital) if file is not None])
+    _check_files((table, digital), out)
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
     if out is not None:
@@ -165,6 +165,7 @@ def write_comparison(
     _check_formats(formats)
     _check_workbook(table)
     _check_signing(key, formats)
+    _check_files((table,), out)
     given = given or Given()
     if given.model is not None or given.earlier is not None:
         raise BadInput(
@@ -196,6 +197,23 @@ def _check_workbook(table: Path | None) -> None:
     if table.suffix.lower() != ".xlsx":
         raise BadInput("the tables of a report are a workbook", file=table, remedy="name a .xlsx file")
     check_table_name(table)
+
+
+def _check_files(files: Sequence[Path | None], out: Path | None) -> None:
+    """Refuse names under which nothing can be written; the report's folder is made where one lies in it."""
+    named = [file for file in files if file is not None]
+    if out is not None and any(file.parent.resolve() == out.resolve() for file in named):
+        _make_folder(out)
+    check_outputs(named)
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(
+            f"the report cannot be written: {error.strerror}", file=out, remedy="choose another folder"
+        ) from None
 
 
 def _write_workbook(content: Content, table: Path) -> Path:
@@ -278,8 +296,8 @@ def _write(
     state = "draft of report" if content.missing else "report"
     files = {kind: _bytes_of(one, key, f"{state} {content.report_id}") for kind, one in rendered.items()}
     written = []
+    _make_folder(out)
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for kind, data in files.items():
             target = out / f"{name}.{kind}"
             unfinished = target.with_name(target.name + ".tmp")
