@@ -20,8 +20,8 @@ _NEXT = """{count} files in {folder}; {readme} says what each is. Next:
 @click.command("samples", epilog="Example:  bufferstand samples")
 @click.argument("folder", metavar="[DIR]", type=FOLDER, default="sample_runs")
 def command(folder: Path) -> int:
-    """Copy the shipped samples to DIR (default sample_runs): campaigns, a stand, specimens, spring models and
-    recorded runs, to try the commands on and to begin files of your own from.
+    """Copy the shipped samples to DIR (default sample_runs): campaigns, a stand, specimens, spring models,
+    recorded runs and the shipped limit sets, to try the commands on and to begin files of your own from.
 
     No file that is there is written over: if one is, nothing is copied.
     """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bufferstand.evaluation.figures.plot import Fit, Floats, Plot, Points
-from bufferstand.evaluation.wording import numeral, said
+from bufferstand.evaluation.wording import said
 
 LEAST_FREEDOM = 2
 """A confidence band is drawn from so many degrees of freedom on: of three points it says nothing."""
@@ -38,6 +38,8 @@ class TrendSeries:
     slope_per_Hz: float | None = None
     intercept: float | None = None
     band: tuple[Floats, Floats, Floats] | None = None
+    slope: str = ""
+    """The slope ± U with its unit, as the legend says it; empty where its U is not known."""
 
 
 def trend_plot(series: Sequence[TrendSeries], y_label: str) -> Plot:
@@ -76,6 +78,9 @@ def _fit(series: TrendSeries, tone: int) -> Fit | None:
     if series.band is not None and series.frequency_Hz.size - 2 >= LEAST_FREEDOM:
         x, lower, upper = series.band
     freedom = series.frequency_Hz.size - 2
-    slope = numeral(f"{series.slope_per_Hz:+.3g}".replace("-", "−"))
-    label = said("linear fit, {slope} per Hz, ν = {freedom}", slope=slope, freedom=freedom)
+    label = (
+        said("linear fit, slope {slope}, ν = {freedom}", slope=series.slope, freedom=freedom)
+        if series.slope
+        else said("linear fit, ν = {freedom}", freedom=freedom)
+    )
     return Fit(label, x, series.intercept + series.slope_per_Hz * x, lower, upper, tone, dash=tone + 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bufferstand.evaluation.report.content import Block, Content, in_language, numbered
+from bufferstand.evaluation.report.content import Block, Content, Lack, in_language, numbered
 from bufferstand.evaluation.report.pictures import (
     certificate_picture,
     course_section,
@@ -93,6 +93,12 @@ SECTIONS: tuple[BuildSection, ...] = with_added(
 )
 """What a report consists of behind its first page, in its order; those of the annex come last."""
 
+GIVEN_IN_A_FILE = said("Missing, to be given in report.toml beside the runs:")
+_IN_A_LIMIT_SET = said(
+    "Missing in the limit set, to be stated in one of the laboratory’s own (--limits; “bufferstand samples” "
+    "brings the shipped ones to copy):"
+)
+
 
 def build_content(source: ReportSource) -> Content:
     """Return the report's content.
@@ -115,7 +121,7 @@ def build_content(source: ReportSource) -> Content:
         title=said("Test report: static and dynamic characteristics"),
         subtitle=_subtitle(source),
         notices=every_notice(source),
-        missing=missing_of(source),
+        lacks=lacks_of(source, GIVEN_IN_A_FILE),
         head=head(source),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",
@@ -130,12 +136,24 @@ def build_content(source: ReportSource) -> Content:
     return in_language(content, source.language)
 
 
+def lacks_of(source: ReportSource, given_in: str) -> tuple[Lack, ...]:
+    """Return what makes a report a draft: what the laboratory, then what its limit set does not state.
+
+    Parameters
+    ----------
+    source : ReportSource
+        Runs, their evaluation, and what the laboratory adds.
+    given_in : str
+        The sentence that says where the laboratory gives what is its own.
+    """
+    own = missing_fields(source.fields, laboratory(source), customer(source), operator(source))
+    lacks = (Lack(given_in, own), Lack(_IN_A_LIMIT_SET, missing_references(source)))
+    return tuple(lack for lack in lacks if lack.items)
+
+
 def missing_of(source: ReportSource) -> tuple[str, ...]:
-    """Return in words what makes a report a draft: what neither the laboratory nor a limit set states."""
-    return (
-        *missing_fields(source.fields, laboratory(source), customer(source), operator(source)),
-        *missing_references(source),
-    )
+    """Return in words what makes a report a draft, wherever it is to be given."""
+    return tuple(item for lack in lacks_of(source, GIVEN_IN_A_FILE) for item in lack.items)
 
 
 def certificate_of(source: ReportSource) -> tuple[Block, ...]:

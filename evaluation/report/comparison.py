@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bufferstand.evaluation.across_runs import Difference
-from bufferstand.evaluation.report.build import missing_of, notices_of
+from bufferstand.evaluation.report.build import lacks_of, notices_of
 from bufferstand.evaluation.report.content import Block, Content, Section, Texts, fixed, in_language, numbered
 from bufferstand.evaluation.report.pictures import comparison_pictures
 from bufferstand.evaluation.report.sections import (
@@ -46,6 +46,8 @@ _REST = said(
     "Cycle by cycle results, uncertainty budgets and the figures of each campaign are in the "
     "reports of the campaigns; this report compares them."
 )
+
+_GIVEN_BY_OPTION = said("Missing, to be given in a file of the comparison (--fields FILE.toml):")
 
 
 def build_comparison(sides: ComparedSpecimens) -> Content:
@@ -100,7 +102,7 @@ def build_comparison(sides: ComparedSpecimens) -> Content:
             " · ", (said("{letter}: {name}", letter=side.letter, name=side.name) for side in sides.sides)
         ),
         notices=notices_of(whole),
-        missing=missing_of(whole),
+        lacks=lacks_of(whole, _GIVEN_BY_OPTION),
         head=head(whole),
         sections=sections,
         ended=max(ends).isoformat() if ends else "",

@@ -76,7 +76,7 @@ def validation_content(validation: Validation) -> Content:
             if validation.good
             else (f"{validation.missed} values are not as agreed: do not use it for results.",)
         ),
-        missing=(),
+        lacks=(),
         head=head,
         sections=tuple(sections),
         ended=document["made"],

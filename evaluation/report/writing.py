@@ -100,7 +100,7 @@ def write_report(
     _check_formats(formats)
     _check_workbook(table)
     _check_signing(key, () if out is None else formats)
-    check_outputs([file for file in (table, digital) if file is not None])
+    _check_files((table, digital), out)
     source = read_source(path, document, given)
     check_chosen([source], given.conformity if given else ())
     if out is not None:
@@ -159,11 +159,13 @@ def write_comparison(
     Raises
     ------
     BadInput
-        As :func:`write_report`, or if there are fewer than two paths, more than 26, or the same one twice.
+        As :func:`write_report`, or if there are fewer than two paths, more than 26, the same one twice, or
+        the same recording in two of them.
     """
     _check_formats(formats)
     _check_workbook(table)
     _check_signing(key, formats)
+    _check_files((table,), out)
     given = given or Given()
     if given.model is not None or given.earlier is not None:
         raise BadInput(
@@ -172,6 +174,7 @@ def write_comparison(
         )
     _check_sides(paths)
     sources = [read_source(path, None, replace(given, fields=ReportFields())) for path in paths]
+    _check_recordings(paths, sources)
     check_chosen(sources, given.conformity)
     fields = given.fields or ReportFields()
     sides = side_by_side(sources, fields, language_for(fields, given.language))
@@ -194,6 +197,23 @@ def _check_workbook(table: Path | None) -> None:
     if table.suffix.lower() != ".xlsx":
         raise BadInput("the tables of a report are a workbook", file=table, remedy="name a .xlsx file")
     check_table_name(table)
+
+
+def _check_files(files: Sequence[Path | None], out: Path | None) -> None:
+    """Refuse names under which nothing can be written; the report's folder is made where one lies in it."""
+    named = [file for file in files if file is not None]
+    if out is not None and any(file.parent.resolve() == out.resolve() for file in named):
+        _make_folder(out)
+    check_outputs(named)
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(
+            f"the report cannot be written: {error.strerror}", file=out, remedy="choose another folder"
+        ) from None
 
 
 def _write_workbook(content: Content, table: Path) -> Path:
@@ -238,6 +258,22 @@ def _check_sides(paths: Sequence[Path]) -> None:
         seen.add(path.resolve())
 
 
+def _check_recordings(paths: Sequence[Path], sources: Sequence[ReportSource]) -> None:
+    """Refuse one recording on two sides, as a copy of a folder has it: it does not differ from itself."""
+    seen: dict[str, Path] = {}
+    for path, source in zip(paths, sources, strict=True):
+        own = {str(run.metadata.get("content_sha256") or run.sha256): run for run in source.runs}
+        for content, run in own.items():
+            if content in seen:
+                raise BadInput(
+                    f"the recording {run.file} is one of {seen[content]}, too, with the same content: "
+                    "it does not differ from itself",
+                    file=path,
+                    remedy="give each recording once",
+                )
+        seen |= dict.fromkeys(own, path)
+
+
 def _write(
     content: Content,
     figures: Sequence[str],
@@ -260,8 +296,8 @@ def _write(
     state = "draft of report" if content.missing else "report"
     files = {kind: _bytes_of(one, key, f"{state} {content.report_id}") for kind, one in rendered.items()}
     written = []
+    _make_folder(out)
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for kind, data in files.items():
             target = out / f"{name}.{kind}"
             unfinished = target.with_name(target.name + ".tmp")

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.requirements.limit_set import (
         LimitSet,
         find_limit_set,
+        shipped_files,
         shipped_limit_set,
         shipped_names,
     )
@@ -58,6 +59,7 @@ __all__ = [
     "judge_with_contact",
     "load_inspection",
     "run_verdict",
+    "shipped_files",
     "shipped_limit_set",
     "shipped_names",
     "unused",

@@ -416,6 +416,11 @@ def load_limit_set(path: Path = SHIPPED) -> LimitSet:
     return load_settings(path, LimitSet)
 
 
+def shipped_files() -> list[Path]:
+    """Return the files of the shipped limit sets, to be copied."""
+    return sorted(FOLDER.glob("*.toml"))
+
+
 def shipped_names() -> list[str]:
     """Return the names of the sets that are shipped."""
     return sorted(path.stem for path in FOLDER.glob("*.toml"))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         kind_words,
         specimen_words,
         status_words,
+        test_words,
         verdict_words,
     )
     from bufferstand.evaluation.wording.texts import (
@@ -60,6 +61,7 @@ __all__ = [
     "specimen_words",
     "spoken",
     "status_words",
+    "test_words",
     "verdict_words",
 ]
 

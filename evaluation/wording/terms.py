@@ -21,6 +21,13 @@ _KINDS: Mapping[str, str] = {
     "impact": said("impact"),
     "proof": said("proof"),
 }
+_TESTS: Mapping[str, str] = {
+    "static": said("static test"),
+    "harmonic": said("harmonic test"),
+    "impact": said("impact test"),
+    "proof": said("proof loads"),
+}
+"""Whole words: in some languages a kind is said in another form of a test than of a run."""
 _STATUSES: Mapping[str, str] = {
     "complete": said("complete"),
     "stopped": said("stopped"),
@@ -74,6 +81,11 @@ def verdict_words(verdict: object) -> str:
 def kind_words(kind: object) -> str:
     """Return a kind of run in words."""
     return _words(_KINDS, kind)
+
+
+def test_words(kind: object) -> str:
+    """Return a test of a kind in words."""
+    return _words(_TESTS, kind)
 
 
 def status_words(status: object) -> str:

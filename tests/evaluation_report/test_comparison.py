@@ -5,16 +5,19 @@ from __future__ import annotations
 import copy
 import dataclasses
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content.content import Content, Table
+from bufferstand.evaluation.report.sections.comparison import _scatter
 from bufferstand.evaluation.report.source.fields import ReportFields, read_fields
 from bufferstand.evaluation.report.source.reading import Given, read_source
 from bufferstand.evaluation.report.source.source import ReportSource
@@ -53,6 +56,23 @@ def sides_of(folders: tuple[Path, ...], factors: tuple[float, ...]) -> ComparedS
         read_source(folder, softer(document, factor)) for folder, factor in zip(folders, factors, strict=True)
     ]
     return side_by_side(sources, ReportFields())
+
+
+def test_a_draft_says_where_each_thing_is_to_be_given(folders: tuple[Path, Path, Path]) -> None:
+    sides = sides_of(folders[:2], (1.0, 0.9))
+    comparison = build_comparison(sides)
+    assert comparison.lacks[0].where.endswith("comparison (--fields FILE.toml):")
+    assert not any("report.toml" in lack.where for lack in comparison.lacks)
+    own = build_content(sides.sides[0].source)
+    assert own.lacks[0].where == "Missing, to be given in report.toml beside the runs:"
+    assert own.missing == tuple(item for lack in own.lacks for item in lack.items)
+
+
+def test_what_summing_leaves_of_equal_values_is_no_standard_deviation() -> None:
+    values = [0.1 + 0.2, 0.3, 0.3]
+    assert np.std(values, ddof=1) > 0.0
+    assert _scatter(values) == 0.0
+    assert _scatter([1000.0, 1000.1, 1000.2]) == pytest.approx(0.1)
 
 
 def table_named(content: Content, start: str) -> Table:
@@ -197,6 +217,13 @@ def test_a_comparison_has_the_same_bytes_in_another_process(
 def test_what_cannot_be_compared_is_refused(folders: tuple[Path, Path, Path], tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="given twice"):
         write_comparison([folders[0], folders[0]], tmp_path)
+    copied = tmp_path.with_name("copied")
+    shutil.copytree(folders[1], copied)
+    with pytest.raises(
+        BadInput, match=r"one of .*two, too, with the same content: it does not differ"
+    ) as same:
+        write_comparison([folders[0], folders[1], copied], tmp_path)
+    assert same.value.file == str(copied)
     with pytest.raises(BadInput, match="takes 2 to 26 paths, not 1"):
         write_comparison(folders[:1], tmp_path)
     with pytest.raises(BadInput, match="takes no model"):
@@ -240,7 +267,13 @@ def test_a_model_is_shown_beside_the_runs_with_what_it_misses(tmp_path: Path) ->
     content = build_content(source)
     (section,) = [s for s in content.sections if s.id == "model"]
     assert section.title == "Model against measurement"
-    rows = table_named(content, "Measured and by the model").rows
+    table = table_named(content, "Measured and by the model")
+    assert [column.title for column in table.columns[2:4]] == [
+        "Damping compared, measured",
+        "Damping compared, model",
+    ]
+    assert "stand under What came out" in table.note  # which has another damping, of all samples
+    rows = table.rows
     assert [row[0].text for row in rows] == ["1", "2", "3"]
     # make_runs.py's static loop returns at 0.55 of the loading force.
     assert float(rows[0][2].text) == pytest.approx(0.45, abs=0.01)

@@ -12,7 +12,15 @@ import pytest
 
 from bufferstand.daq.motions.force_rows import ForceTurns, force_row
 from bufferstand.evaluation.report.build import build_content
-from bufferstand.evaluation.report.content.content import DASH, Cell, Column, Content, Table, VerdictLine
+from bufferstand.evaluation.report.content.content import (
+    DASH,
+    Cell,
+    Column,
+    Content,
+    Table,
+    Texts,
+    VerdictLine,
+)
 from bufferstand.evaluation.report.sections.statements import deviations_section, targets_section
 from bufferstand.evaluation.report.sections.verdicts import (
     is_condition,
@@ -484,3 +492,12 @@ def test_a_real_stand_that_is_called_a_simulation_stand_gets_no_notice(report: M
     assert not any("imulated" in notice for notice in content.notices)
     assert name in everything(content)
     assert "(simulated)" not in everything(content)
+
+
+def test_what_the_customer_supplied_is_a_list_below_its_sentence(report: Made) -> None:
+    content = build_content(dataclasses.replace(report.source, fields=FILLED))
+    (section,) = [section for section in content.sections if section.id == "data"]
+    sentence, items = section.blocks[-2:]
+    assert isinstance(sentence, Texts)
+    assert isinstance(items, Texts)
+    assert (sentence.listed, items.listed, items.items) == (False, True, ("Date of assembly",))

@@ -56,7 +56,7 @@ def test_skew_wires_and_inertia_of_a_run(report: Made) -> None:
     assert absorbed
     assert damping
     assert [cell.text for cell in row[:3]] == ["2", "+11.1", f"+{1110.0 / absorbed:.2g}"]
-    assert row[3].text == "−0.0044"
+    assert row[3].text == "−0.00440"
     assert float(row[4].text.replace("−", "-")) == pytest.approx(-0.44 / damping, rel=0.05)
     assert [cell.text for cell in row[5:7]] == ["0.31", "0.06"]
     assert (row[7].tone, row[7].why) == ("missing", "the channels state no accuracy")

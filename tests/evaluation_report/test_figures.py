@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +28,7 @@ from bufferstand.evaluation.figures.timeline import (
     time_unit,
 )
 from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
+from bufferstand.evaluation.report.pictures.trends import _with_u
 from tests.evaluation_report.conftest import Made
 
 
@@ -215,10 +217,22 @@ def test_a_band_is_drawn_from_two_degrees_of_freedom_on() -> None:
     for points, drawn in ((3, False), (4, True)):
         f = np.linspace(0.1, 1.0, points)
         v = 0.23 - 0.005 * f
-        series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, (f, v - 0.01, v + 0.01))
+        band = (f, v - 0.01, v + 0.01)
+        series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, band, "−0.0050 ± 0.0012 per Hz")
         (fit,) = trend_plot([series], "Damping [–]").fits
         assert (fit.lower is not None) is drawn
-        assert fit.label == f"linear fit, −0.005 per Hz, ν = {points - 2}"
+        assert fit.label == f"linear fit, slope −0.0050 ± 0.0012 per Hz, ν = {points - 2}"
+        (bare,) = trend_plot([replace(series, slope="")], "Damping [–]").fits
+        assert bare.label == f"linear fit, ν = {points - 2}", "without its U the slope says nothing"
+
+
+def test_the_slope_of_a_fit_stands_in_the_legend_with_u_and_unit() -> None:
+    trend = {"slope_per_Hz": -0.001234, "slope_half_width_95_per_Hz": 0.00056}
+    assert _with_u(trend, "–") == "−0.00123 ± 0.00056 per Hz"
+    assert _with_u(trend | {"slope_expanded_uncertainty_per_Hz": 0.0021}, "kN/mm") == (
+        "−0.0012 ± 0.0021 kN/mm per Hz"
+    )
+    assert _with_u(trend | {"slope_half_width_95_per_Hz": None}, "–") == ""
 
 
 @given(st.lists(st.tuples(st.floats(0.5, 300.0), st.floats(0.0, 900.0)), min_size=1, max_size=70))

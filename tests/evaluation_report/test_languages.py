@@ -148,6 +148,20 @@ def test_the_pages_hold_the_longer_words(
         assert words.format(number, len(made.pages)) in page
 
 
+def test_names_stand_behind_the_colon_of_the_language(report: Made) -> None:
+    source = replace(report.source, fields=ReportFields(checked_by="K. Veselá"), language=language_of("fr"))
+    content = build_content(source)
+    html = render_html(content, ["<svg/>"] * len(content.pictures()))
+    assert re.search("Vérifié par[ \u00a0\u202f]: K. Veselá", html)
+    figures = [draw(one.plot, content.language) for one in content.pictures()]
+    assert re.search("Vérifié par[ \u00a0\u202f]: K. Veselá", pages(render_pdf(content, figures))[0])
+
+
+def test_a_test_is_feminine_in_czech_where_a_run_is_not(spoken_reports: dict[Code, Spoken]) -> None:
+    statement = spoken_reports["cs"].content.certificate[0]
+    assert "EN 15551: statická zkouška, " in statement.subject  # type: ignore[union-attr]
+
+
 @pytest.mark.parametrize("code", OTHERS)
 def test_times_are_local_with_their_offset(spoken_reports: dict[Code, Spoken], code: Code) -> None:
     assert "UTC+01:00" in spoken_reports[code].html

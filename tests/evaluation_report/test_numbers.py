@@ -66,6 +66,20 @@ def test_an_unknown_uncertainty_is_left_out_and_not_zero() -> None:
     assert numbers.measured_cell(12.0, math.nan, "").text == "12"
 
 
+@given(st.floats(1e-6, 1e6), st.integers(2, 4), st.sampled_from([1.0, -1.0]))
+def test_just_so_many_digits_are_printed(size: float, digits: int, sign: float) -> None:
+    text = numbers.to_digits(sign * size, digits)
+    shown = text.lstrip("−0.").replace(".", "")
+    assert len(shown) == digits or (len(shown) > digits and "." not in text)
+    assert float(text.replace("−", "-")) == pytest.approx(sign * size, rel=0.51 * 10.0 ** (1 - digits))
+
+
+def test_zeros_at_the_end_are_digits_in_a_column() -> None:
+    assert [numbers.to_digits(x, 2) for x in (2.0, 1.1, 0.4, 0.0996, 37.0, 0.0)] == [
+        "2.0", "1.1", "0.40", "0.10", "37", "0",
+    ]  # fmt: skip
+
+
 def test_limits_read_as_ranges() -> None:
     assert numbers.limits_text(10.0, 50.0) == "10 … 50"
     assert numbers.limits_text(12500.0, None) == "≥ 12500"

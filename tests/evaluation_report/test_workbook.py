@@ -42,6 +42,22 @@ def test_values_are_numbers_with_their_decimals_and_u_has_its_column() -> None:
     assert "A note." in [row[0].value for row in sheet.iter_rows()]
 
 
+def test_only_a_value_is_parted_from_its_u_and_never_a_label_or_a_span() -> None:
+    rows = (
+        (Cell("19.6 ± 19.6 mm"), Cell("0.31 ± 0.02", "number"), Cell("18.0 ± 0.2 ?", "open")),
+        (Cell("50 ± 15 mm"), Cell("0.30 ± 0.01 … 0.33 ± 0.02", "number"), Cell("19.0 ± 0.2", "number")),
+    )
+    heads = (Column("Series"), Column("Value ± U", "–"), Column("Force ± U", "kN"))
+    sheet = openpyxl.load_workbook(
+        io.BytesIO(render_workbook(content(Table("A figure", heads, rows))))
+    ).active
+    assert [[cell.value for cell in row] for row in sheet.iter_rows(2, 4)] == [
+        ["Series", "Value [–]", "U of Value [–]", "Force [kN]", "U of Force [kN]"],
+        ["19.6 ± 19.6 mm", 0.31, 0.02, 18, "0.2 ?"],
+        ["50 ± 15 mm", "0.30 ± 0.01 … 0.33 ± 0.02", None, 19, 0.2],
+    ]
+
+
 def test_the_same_content_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     first = render_workbook(content(TABLE))
     monkeypatch.setattr("time.time", lambda: 2e9)

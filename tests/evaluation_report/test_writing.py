@@ -197,3 +197,15 @@ def test_a_document_without_a_rule_is_not_credited_with_one(report: Made) -> Non
     text = "\n".join(strings(build_content(read_source(report.folder, document)).document()))
     assert "does not state by which decision rule" in text
     assert "Simple acceptance" not in text
+
+
+def test_a_workbook_may_lie_in_the_folder_that_the_report_makes(report: Made, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "report"
+    written = write_report(
+        report.folder, out, formats=("html",), document=hand_made_document(), table=out / "report.xlsx"
+    )
+    assert [path.name for path in written] == ["campaign0-report.html", "report.xlsx"]
+    assert all(path.is_file() for path in written)
+    with pytest.raises(BadInput, match="no such folder"):
+        write_report(report.folder, out, formats=("html",), table=tmp_path / "other" / "report.xlsx")
+    assert not (tmp_path / "other").exists()

@@ -84,7 +84,9 @@ def test_by_a_set_without_edition_and_clauses_the_statement_is_a_draft(
     assert done.exit_code == 0, done.output
     text = re.sub(r"<[^>]+>", "", html)
     assert "A draft states nothing yet: what it lacks is on the first page." in text
-    assert "edition of EN 15551 and the clauses of EN 15551 for what it requires: state them in" in text
+    assert "Missing, to be given in report.toml beside the runs: " in re.sub(r"\s+", " ", text)
+    assert "Missing in the limit set, to be stated in one of the laboratory’s own (--limits; " in text
+    assert "edition of EN 15551 and the clauses of EN 15551 for what it requires\n" in text
     assert (
         "clause not on record (source: paper “Stiffness characteristics of railway buffers”, Table 3)" in text
     )

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         Cell,
         Column,
         Content,
+        Lack,
         Picture,
         Section,
         Sheet,
@@ -39,8 +40,10 @@ if TYPE_CHECKING:
         quantity_cell,
         significant,
         span_text,
+        to_digits,
         usable,
         value_text,
+        with_uncertainty,
     )
     from bufferstand.evaluation.report.content.own_template import (
         OwnTemplate,
@@ -66,6 +69,7 @@ __all__ = [
     "Column",
     "Content",
     "Image",
+    "Lack",
     "Mark",
     "OwnTemplate",
     "Picture",
@@ -95,8 +99,10 @@ __all__ = [
     "quantity_cell",
     "significant",
     "span_text",
+    "to_digits",
     "usable",
     "value_text",
+    "with_uncertainty",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -40,6 +40,14 @@ class Cell:
 
 
 @dataclass(frozen=True)
+class Lack:
+    """What a draft lacks and one place can give: a sentence that names the place, and what is missing."""
+
+    where: str
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Column:
     """Heading and unit of a column."""
 
@@ -158,7 +166,7 @@ class Content:
         What is reported on.
     notices : tuple of str
         What must be seen before anything else: a simulated stand, stopped runs.
-    missing : tuple of str
+    lacks : tuple of Lack
         What the report still lacks to be one of ISO/IEC 17025; if there is anything, it is a draft.
     head : Sheet
         Identification.
@@ -184,7 +192,7 @@ class Content:
     title: str
     subtitle: str
     notices: tuple[str, ...]
-    missing: tuple[str, ...]
+    lacks: tuple[Lack, ...]
     head: Sheet
     sections: tuple[Section, ...]
     ended: str
@@ -204,6 +212,11 @@ class Content:
         for section in self.sections:
             if anchors.count(section.id) > 1:
                 raise ValueError(f"section “{section.title}”: its anchor “{section.id}” is another's, too")
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """All that a draft lacks, wherever it is to be given; empty in a report."""
+        return tuple(item for lack in self.lacks for item in lack.items)
 
     @cached_property
     def report_id(self) -> str:
@@ -242,6 +255,7 @@ class Content:
             "subtitle": self.subtitle,
             "notices": list(self.notices),
             "missing": list(self.missing),
+            "lacks": [{"where": lack.where, "items": list(lack.items)} for lack in self.lacks],
             "head": _block(self.head),
             "certificate": [_block(block) for block in self.certificate],
             "sections": [

@@ -46,6 +46,14 @@ def significant(value: float, digits: int = _SIGNIFICANT) -> str:
     return numeral(text.rstrip("0").rstrip(".")) if "." in text else text
 
 
+def to_digits(value: float, digits: int) -> str:
+    """Return a number with just so many significant digits, zeros at its end too: for columns."""
+    if value == 0.0:
+        return numeral("0")
+    decimals = decimals_of(abs(value), digits)
+    return fixed(round(value, decimals), max(0, decimals))
+
+
 def with_uncertainty(value: float, expanded: float) -> str:
     """Return ``value ± U``: U with two significant digits, the value to the same place (GUM 7.2.6)."""
     if expanded <= 0.0:
@@ -55,11 +63,11 @@ def with_uncertainty(value: float, expanded: float) -> str:
     return numeral(f"{fixed(value, max(0, decimals))} ± {fixed(expanded, max(0, decimals))}")
 
 
-def decimals_of(expanded: float) -> int:
-    """Return to how many decimals U (above 0) has two significant digits; a negative number: to tens."""
-    decimals = 1 - math.floor(math.log10(expanded))
+def decimals_of(expanded: float, digits: int = 2) -> int:
+    """Return to how many decimals U (above 0) has so many significant digits; a negative number: to tens."""
+    decimals = digits - 1 - math.floor(math.log10(expanded))
     # 0.0996 is 0.10, not 0.100
-    return decimals - 1 if round(expanded, decimals) >= 10.0 ** (2 - decimals) else decimals
+    return decimals - 1 if round(expanded, decimals) >= 10.0 ** (digits - decimals) else decimals
 
 
 def span_text(low: float, high: float, expanded: float | None) -> str:

@@ -19,6 +19,7 @@ from bufferstand.evaluation.report.content import (
     quantity_cell,
     significant,
     usable,
+    with_uncertainty,
 )
 from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.wording import capital, joined, label, said
@@ -38,7 +39,7 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
         words = label(trended.caption)
         every = source.document.get("trends") or []
         trends = [trend for trend in every if trend.get("quantity") == trended.name]
-        series = [(trend, one) for trend in trends if (one := _series(trend)) is not None]
+        series = [(trend, one) for trend in trends if (one := _series(trend, unit)) is not None]
         if not series:
             continue
         fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
@@ -94,9 +95,25 @@ def _slope_text(trend: Mapping[str, Any], unit: str) -> str:
     slope = usable(trend.get("slope_per_Hz"))
     if slope is None:
         return said("no fit")
-    return said(
-        "slope {slope} {unit}per Hz", slope=significant(slope, 3), unit="" if unit == "–" else unit + " "
-    )
+    return said("slope {slope}", slope=_with_u(trend, unit) or _per_hertz(significant(slope, 3), unit))
+
+
+def _per_hertz(slope: str, unit: str) -> str:
+    shown = "" if unit == "–" else said(" {unit}", unit=unit)
+    return said("{slope}{shown} per Hz", slope=slope, shown=shown)
+
+
+def _with_u(trend: Mapping[str, Any], unit: str) -> str:
+    """Return the slope ± U with the unit; empty where U is not known.
+
+    Where no channel states an accuracy, the half width of the fit's own 95 % interval stands for U.
+    """
+    slope = usable(trend.get("slope_per_Hz"))
+    known = (trend.get(f"slope_{name}_per_Hz") for name in ("expanded_uncertainty", "half_width_95"))
+    U = next((value for one in known if (value := usable(one)) is not None), None)
+    if slope is None or U is None or U <= 0.0:
+        return ""
+    return _per_hertz(with_uncertainty(slope, U), unit)
 
 
 def _label(trend: Mapping[str, Any]) -> str:
@@ -113,7 +130,7 @@ def _floats(values: object) -> list[float | None]:
     return [usable(value) for value in values] if isinstance(values, list | tuple) else []
 
 
-def _series(trend: Mapping[str, Any]) -> TrendSeries | None:
+def _series(trend: Mapping[str, Any], unit: str) -> TrendSeries | None:
     frequency, value = _floats(trend.get("frequency_Hz")), _floats(trend.get("values"))
     both = range(min(len(frequency), len(value)))
     pairs = [n for n in both if frequency[n] is not None and value[n] is not None]
@@ -131,7 +148,7 @@ def _series(trend: Mapping[str, Any]) -> TrendSeries | None:
         width = np.array(half, dtype=np.float64)
         line = intercept + slope * f
         band = (f, line - width, line + width)
-    return TrendSeries(_label(trend), f, v, u, slope, intercept, band)
+    return TrendSeries(_label(trend), f, v, u, slope, intercept, band, _with_u(trend, unit))
 
 
 def _numbers(source: ReportSource, trends: list[Mapping[str, Any]], words: str, unit: str) -> Table:
@@ -172,18 +189,13 @@ def _numbers(source: ReportSource, trends: list[Mapping[str, Any]], words: str, 
 def _fit_text(trend: Mapping[str, Any], unit: str) -> str:
     slope, intercept = usable(trend.get("slope_per_Hz")), usable(trend.get("intercept"))
     if slope is None or intercept is None:
-        return "none"
-    half_width = usable(trend.get("slope_half_width_95_per_Hz"))
-    spread = (
-        said(" ± {half_width} (95 %)", half_width=significant(half_width, 2))
-        if half_width is not None
-        else ""
-    )
+        return said("no fit")
     shown = "" if unit == "–" else said(" {unit}", unit=unit)
+    spread = _with_u(trend, unit)
     return said(
-        "{intercept}{shown}, slope {slope}{shown} per Hz{spread}",
+        "{intercept}{shown}, slope {slope}{how}",
         intercept=significant(intercept),
         shown=shown,
-        slope=significant(slope, 3),
-        spread=spread,
+        slope=spread or _per_hertz(significant(slope, 3), unit),
+        how=said(" (95 %)") if spread else "",
     )

@@ -7,10 +7,7 @@ from bufferstand.evaluation.wording import Language, said
 _WORDS = {
     "report": said("Report"),
     "draft": said("DRAFT"),
-    "draft_text": said(
-        "not a test report by ISO/IEC 17025 yet. Missing, to be given in {file} beside the runs:",
-        file="{file}",
-    ),
+    "draft_text": said("not a test report by ISO/IEC 17025 yet."),
     "page": said("Page {page} of {pages}", page="{page}", pages="{pages}"),
     "contents": said("Contents"),
     "annex": said("Annex"),

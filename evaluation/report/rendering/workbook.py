@@ -17,6 +17,8 @@ _LONGEST_NAME = 31
 _NOT_IN_NAMES = re.compile(r"[\[\]:*?/\\]")
 _NUMBER = re.compile(r"-?\d+(?:\.(\d+))?")
 _PLUS_MINUS = " ± "
+_VALUES = frozenset({"number", "open"})
+"""Tones of a measured value; ``open`` is one in doubt."""
 _EARLIEST = (1980, 1, 1, 0, 0, 0)
 _SAVED = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*(<)")
 _WIDEST = 48
@@ -66,7 +68,7 @@ def _fill(sheet: Any, table: Table, content: Content) -> None:
     from openpyxl.styles import Alignment, Font  # noqa: PLC0415
 
     language = content.language
-    spread = [any(_PLUS_MINUS in row[n].text for row in table.rows) for n in range(len(table.columns))]
+    spread = [any(_has_u(row[n]) for row in table.rows) for n in range(len(table.columns))]
     heads: list[str] = []
     for column, two in zip(table.columns, spread, strict=True):
         unit = f" [{column.unit}]" if column.unit else ""
@@ -93,6 +95,14 @@ def _fill(sheet: Any, table: Table, content: Content) -> None:
         sheet.column_dimensions[sheet.cell(2, place).column_letter].width = width
 
 
+def _has_u(cell: Cell) -> bool:
+    """Say whether a cell is one value with its U: a text with ± is none (a step's prestress ± amplitude).
+
+    A span of two values, each with its U, stays whole.
+    """
+    return cell.tone in _VALUES and cell.text.count(_PLUS_MINUS) == 1
+
+
 def _fill_row(sheet: Any, at: int, row: Sequence[Cell], spread: Sequence[bool], language: Language) -> None:
     from openpyxl.styles import Font  # noqa: PLC0415
 
@@ -101,7 +111,7 @@ def _fill_row(sheet: Any, at: int, row: Sequence[Cell], spread: Sequence[bool], 
         if cell.tone == "missing":
             _put(sheet, at, place, cell.why, Font(italic=True, color="00565D69"))
         else:
-            value, _, expanded = cell.text.partition(_PLUS_MINUS) if two else (cell.text, "", "")
+            value, _, expanded = cell.text.partition(_PLUS_MINUS) if _has_u(cell) else (cell.text, "", "")
             for beside, text in enumerate((value, expanded) if two else (value,)):
                 _put(sheet, at, place + beside, text, language=language)
         place += 1 + two

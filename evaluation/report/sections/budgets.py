@@ -14,6 +14,7 @@ from bufferstand.evaluation.report.content import (
     Table,
     Texts,
     significant,
+    to_digits,
     usable,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
@@ -192,4 +193,4 @@ def _number(value: Any) -> Cell:
 
 def _percent(part: float, value: float) -> Cell:
     share = 100.0 * abs(part / value) if value else 0.0
-    return Cell("< 0.001" if share < 0.001 else significant(share, 2), "number")
+    return Cell("< 0.001" if share < 0.001 else to_digits(share, 2), "number")

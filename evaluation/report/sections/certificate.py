@@ -31,7 +31,7 @@ from bufferstand.evaluation.report.sections.verdicts import (
     verdict_line,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
-from bufferstand.evaluation.wording import capital, joined, kind_words, label, said
+from bufferstand.evaluation.wording import capital, joined, label, said, test_words
 
 MOST_VALUES = 5
 """Key values on the first page."""
@@ -65,9 +65,9 @@ def statement(source: ReportSource) -> VerdictLine:
     standards = joined(said(" and "), dict.fromkeys(str(r["standard"]) for run in tests for r in run.stated))
     numbers = [run.number for run in tests]
     subject = said(
-        "{standards}: {kind} test, {runs}",
+        "{standards}: {test}, {runs}",
         standards=standards,
-        kind=kind_words(gravest.kind),
+        test=test_words(gravest.kind),
         runs=runs_text(numbers),
     )
     sentence = (

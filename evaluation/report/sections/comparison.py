@@ -21,7 +21,7 @@ from bufferstand.evaluation.report.content import (
     Texts,
     fixed,
     measured_cell,
-    significant,
+    to_digits,
     usable,
 )
 from bufferstand.evaluation.report.sections.conformity import conformity_section
@@ -47,6 +47,8 @@ _SAME_END_MM = 0.5
 """Loops whose ends are further apart are compared to the stroke that both reach, too."""
 _APART_K = 2.0
 _GRID = 400
+_RESOLVED = 1e-6
+"""Share of a value below which differences of specimens are not resolved."""
 _METHOD = said(
     "The first is the reference. Steps are the same if prestress agrees within 2 mm, amplitude "
     "and frequency within 5 %, the speed of static runs within 10 %. Errors that both have in "
@@ -347,14 +349,14 @@ def _spread(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Ta
         if len(values) < len(row.values):
             continue
         mean, degrees = equivalences(values)
-        scatter = float(np.std([value.value for value in values], ddof=1))
+        scatter = _scatter([value.value for value in values])
         rows.append(
             (
                 Cell(str(row.condition.number), "number"),
                 Cell(row.words),
                 Cell(row.unit),
-                Cell(significant(mean), "number"),
-                Cell(significant(scatter, 2), "number"),
+                Cell(to_digits(mean, 4), "number"),
+                Cell(to_digits(scatter, 2), "number"),
                 Cell(DASH, "missing", said("the mean is 0"))
                 if not mean
                 else Cell(fixed(100.0 * scatter / abs(mean), 1), "number"),
@@ -378,6 +380,15 @@ def _spread(sides: ComparedSpecimens, compared: Sequence[ComparedFigures]) -> Ta
             "them, which the uncertainty of a deviation from it takes into account."
         ),
     )
+
+
+def _scatter(values: Sequence[float]) -> float:
+    """Return the standard deviation of the specimens; 0 where it is no more than the rounding of a mean.
+
+    No channel tells a millionth: what is below is what summing leaves of equal values.
+    """
+    scatter = float(np.std(values, ddof=1))
+    return scatter if scatter > _RESOLVED * max(map(abs, values)) else 0.0
 
 
 def _temperature_notes(conditions: Sequence[Condition]) -> list[str]:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from bufferstand.evaluation.report.content import (
-    DASH,
     Cell,
     Column,
     Section,
@@ -31,43 +30,36 @@ _READ = (
 
 
 def conditions_section(source: ReportSource) -> Section:
-    """Return the conditions of the test as the records show them; what none shows is a dash and why."""
-    rows: list[tuple[Cell, ...]] = []
-    for role, words in _ROLES:
-        rows.append(_temperature(source, role, words))
-    rows += [_required(source, *what) for what in _READ]
-    rows.append(_speed(source))
-    rows.append(_between_runs(source))
-    return Section(
-        "conditions",
-        said("Conditions of the test"),
-        (
-            Table(
-                said("Conditions as recorded"),
-                (
-                    Column(said("Condition")),
-                    Column(said("From … to")),
-                    Column(said("Unit")),
-                    Column(said("Seen in")),
-                ),
-                tuple(rows),
-            ),
-            stand_sheet(source),
-        ),
+    """Return the conditions of the test as the records show them; one that no run shows has no row."""
+    seen = (
+        *(_temperature(source, role, words) for role, words in _ROLES),
+        *(_required(source, *what) for what in _READ),
+        _speed(source),
+        _between_runs(source),
     )
+    recorded = Table(
+        said("Conditions as recorded"),
+        (
+            Column(said("Condition")),
+            Column(said("From … to")),
+            Column(said("Unit")),
+            Column(said("Seen in")),
+        ),
+        tuple(row for row in seen if row is not None),
+    )
+    blocks = (*((recorded,) if recorded.rows else ()), stand_sheet(source))
+    return Section("conditions", said("Conditions of the test"), blocks)
 
 
-def _row(words: str, shown: Cell, unit: str, runs: Iterable[int]) -> tuple[Cell, ...]:
-    numbers = list(runs)
-    seen = Cell(runs_text(numbers)) if numbers else Cell(said("no run"))
-    return Cell(words), shown, Cell(unit), seen
+_Row = tuple[Cell, ...] | None
+"""A row of the table; None where no run shows the condition."""
 
 
-def _missing(why: str) -> Cell:
-    return Cell(DASH, "missing", why)
+def _row(words: str, shown: Cell, unit: str, runs: Iterable[int]) -> _Row:
+    return Cell(words), shown, Cell(unit), Cell(runs_text(runs))
 
 
-def _temperature(source: ReportSource, role: str, words: str) -> tuple[Cell, ...]:
+def _temperature(source: ReportSource, role: str, words: str) -> _Row:
     values, numbers = [], []
     for run in source.runs:
         sensors = run.record.temperatures if run.record is not None else ()
@@ -76,8 +68,7 @@ def _temperature(source: ReportSource, role: str, words: str) -> tuple[Cell, ...
         if any(one.size for one in finite):
             numbers.append(run.number)
             values += [float(end(one)) for one in finite if one.size for end in (np.min, np.max)]
-    shown = _span(values, 1) if values else _missing(said("no sensor of this kind was recorded"))
-    return _row(words, shown, "°C", numbers)
+    return _row(words, _span(values, 1), "°C", numbers) if values else None
 
 
 def _span(values: Sequence[float], decimals: int) -> Cell:
@@ -87,7 +78,7 @@ def _span(values: Sequence[float], decimals: int) -> Cell:
 
 def _required(
     source: ReportSource, identifier: str, words: str, unit: str, worst: Callable[[Sequence[float]], float]
-) -> tuple[Cell, ...]:
+) -> _Row:
     found = [
         (run.number, value)
         for run in source.runs
@@ -95,19 +86,19 @@ def _required(
         if requirement["id"] == identifier and (value := usable(requirement.get("measured"))) is not None
     ]
     if not found:
-        return _row(words, _missing(said("no run shows it")), unit, ())
+        return None
     shown = Cell(significant(worst([value for _, value in found])), "number")
     return _row(words, shown, unit, dict.fromkeys(number for number, _ in found))
 
 
-def _speed(source: ReportSource) -> tuple[Cell, ...]:
+def _speed(source: ReportSource) -> _Row:
     speeds = {
         run.number: value
         for run in source.runs
         if run.kind == "harmonic" and (value := _greatest_speed(run)) is not None
     }
-    shown = _span(list(speeds.values()), 1) if speeds else _missing(said("no harmonic run shows a speed"))
-    return _row(said("Greatest speed of harmonic runs"), shown, "mm/s", speeds)
+    words = said("Greatest speed of harmonic runs")
+    return _row(words, _span(list(speeds.values()), 1), "mm/s", speeds) if speeds else None
 
 
 def _greatest_speed(run: ReportRun) -> float | None:
@@ -122,15 +113,13 @@ def _speeds(cycle: Mapping[str, Any]) -> list[float]:
     return [value for name in names if (value := usable(cycle.get(name))) is not None]
 
 
-def _between_runs(source: ReportSource) -> tuple[Cell, ...]:
+def _between_runs(source: ReportSource) -> _Row:
     words = said("Longest pause between runs")
     pairs = zip(source.runs, source.runs[1:], strict=False)
     pauses = [pause for one, two in pairs if (pause := _pause_s(one, two)) is not None]
-    if not pauses:
-        return _row(words, _missing(said("fewer than two runs with start and end on record")), "–", ())
-    longest = max(pauses)
-    if longest < 0.0:
-        return _row(words, _missing(said("the runs overlap on the clock on the wall")), "–", ())
+    # Runs of a stand that is simulated faster than real time overlap on the clock on the wall.
+    if not pauses or (longest := max(pauses)) < 0.0:
+        return None
     return _row(words, Cell(duration_text(longest), "number"), "–", [run.number for run in source.runs])
 
 

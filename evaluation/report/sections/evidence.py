@@ -18,6 +18,7 @@ from bufferstand.evaluation.report.content import (
     measured_cell,
     quantity_cell,
     significant,
+    to_digits,
     usable,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
@@ -90,8 +91,8 @@ def _skew(run: ReportRun, name: str) -> tuple[Cell, Cell]:
 
 
 def signed(value: float, digits: int) -> str:
-    """Return a change with its sign, to so many significant digits."""
-    return ("+" if value > 0.0 else "") + significant(value, digits)
+    """Return a change with its sign, with just so many significant digits."""
+    return ("+" if value > 0.0 else "") + to_digits(value, digits)
 
 
 def _wires(wires: Mapping[str, Any] | None) -> tuple[Cell, Cell, Cell]:
@@ -100,7 +101,7 @@ def _wires(wires: Mapping[str, Any] | None) -> tuple[Cell, Cell, Cell]:
     tilt, limit = usable(wires.get("remaining_mm")), usable(wires.get("limit_mm"))
     why_no_tilt = _WIRE_OUT if wires.get("out") else said("the stroke does not move")
     return (
-        measured_cell(round(float(wires["largest_difference_mm"]), 2), None, _ONE_WIRE),
+        Cell(fixed(float(wires["largest_difference_mm"]), 2), "number"),
         Cell(DASH, "missing", why_no_tilt) if tilt is None else Cell(fixed(tilt, 2), "number"),
         Cell(DASH, "missing", _NO_LIMIT) if limit is None else Cell(fixed(limit, 2), "number"),
     )

@@ -210,10 +210,11 @@ _COURSE = (
     ),
 )
 _COURSE_NOTE = said(
-    "U of a change is by the scatter of neighbouring cycles, as errors of the channels are "
-    "common to all; it takes four cycles. Settled: all later cycles stay within 2 % of the mean "
-    "of the last quarter. The absorbed energy is a lower bound where cycles were not evaluated; "
-    "its U is the sum of theirs."
+    "U of a change is by the noise within cycles, how blunt their turns are and errors in proportion to the "
+    "figure; what is common to all cycles cancels. Where the noise is not known, the scatter of "
+    "neighbouring cycles stands for it, which takes four cycles. Settled: all later cycles stay within 2 % "
+    "of the mean of the last quarter. The absorbed energy is a lower bound where cycles were not "
+    "evaluated; its U is the sum of theirs."
 )
 _PROOF = (
     said("Proof loads added over runs"),

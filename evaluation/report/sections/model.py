@@ -28,6 +28,11 @@ _METHOD = said(
     "whole cycles; beside them the share of the largest measured force. The model's temperature "
     "is that of the spring's mass, not of the place of the sensor."
 )
+_COMPARED = said(
+    "Compared: measured and model over the same few strokes that a record is reduced to, without the tips of "
+    "the turns. So its damping and top force differ a little from those of the evaluation, which are the "
+    "results of the run and stand under What came out."
+)
 
 
 def model_section(source: ReportSource) -> Section | None:
@@ -88,8 +93,8 @@ def _misses(runs: Sequence[ReportRun], given: ModelAnswer) -> Table:
         (
             Column(said("Run")),
             Column(said("Whole cycles")),
-            Column(said("Damping measured"), "–"),
-            Column(said("Damping model"), "–"),
+            Column(said("Damping compared, measured"), "–"),
+            Column(said("Damping compared, model"), "–"),
             Column(said("Top force compared, measured"), "kN"),
             Column(said("Top force compared, model"), "kN"),
             Column(said("Residual rms"), "kN"),
@@ -99,6 +104,7 @@ def _misses(runs: Sequence[ReportRun], given: ModelAnswer) -> Table:
             Column(said("End temp. spring, model"), "°C"),
         ),
         tuple(rows),
+        note=_COMPARED,
     )
 
 

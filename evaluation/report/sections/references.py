@@ -38,7 +38,10 @@ def missing_references(source: ReportSource) -> tuple[str, ...]:
 def draft_texts(requirements: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
     """Return the sentence that says why a statement is a draft; nothing where it is none."""
     return tuple(
-        said("Draft of a statement of conformity, and none yet: what is missing is the {text}.", text=text)
+        said(
+            "Draft of a statement of conformity, and none yet: what is missing is the {text}.",
+            text=said("{list}: {remedy}", list=text, remedy=_REMEDY),
+        )
         for text in _lacking(requirements)
     )
 
@@ -62,5 +65,5 @@ def _lacking(requirements: Iterable[Mapping[str, Any]]) -> list[str]:
             of = said("what it requires") if every else joined(", ", names)
             parts.append(said("clauses of {standard} for {of}", standard=standard, of=of))
         if parts:
-            texts.append(said("{list}: {remedy}", list=joined(said(" and the "), parts), remedy=_REMEDY))
+            texts.append(joined(said(" and the "), parts))
     return texts

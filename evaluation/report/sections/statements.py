@@ -420,15 +420,8 @@ def data_section(source: ReportSource, evaluations: Mapping[str, Mapping[str, An
     if originals:
         blocks.append(Sheet(said("Original files of imported runs"), originals))
     if source.fields.customer_supplied:
-        blocks.append(
-            Texts(
-                (
-                    said("Supplied by the customer, and not the laboratory’s responsibility:"),
-                    *source.fields.customer_supplied,
-                ),
-                listed=True,
-            )
-        )
+        blocks.append(Texts((said("Supplied by the customer, and not the laboratory’s responsibility:"),)))
+        blocks.append(Texts(source.fields.customer_supplied, listed=True))
     return Section("data", said("Raw data"), tuple(blocks), annex=True)
 
 

@@ -9,10 +9,8 @@ from typing import Any
 from bufferstand.evaluation.across_runs.conformity import Candidate, decide_purposes, standing_of
 from bufferstand.evaluation.archive import settings_entry
 from bufferstand.evaluation.report.source.source import ReportRun, ReportSource, runs_text
-from bufferstand.evaluation.wording import joined, said
+from bufferstand.evaluation.wording import joined, said, test_words
 from bufferstand.foundation import BadInput
-
-_KINDS = {"static": said("static test"), "impact": said("impact test"), "proof": said("proof loads")}
 
 
 def with_purposes(
@@ -75,9 +73,7 @@ def purpose_texts(source: ReportSource) -> tuple[str, ...]:
     for statement in source.statements:
         of = said(" of specimen {specimen}", specimen=statement["specimen"]) if statement["specimen"] else ""
         tests = [numbers[name] for name in statement["runs"] if name in numbers]
-        what = said(
-            "Conformity test{of} ({kind})", of=of, kind=_KINDS.get(str(statement["kind"]), statement["kind"])
-        )
+        what = said("Conformity test{of} ({kind})", of=of, kind=test_words(statement["kind"]))
         text = (
             said("{what}: {runs}, {why}.", what=what, runs=runs_text(tests), why=statement["why"])
             if tests
