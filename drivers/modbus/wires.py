@@ -18,12 +18,13 @@ from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
 
 from bufferstand.foundation import steady_s
 
+_NO_LINE: tuple[type[Exception], ...] = (OSError, ValueError)  # SerialException is an OSError
 try:
     import termios
-except ImportError:  # Windows: where a plan is made, no wire is opened
-    _TERMINAL_ERRORS: tuple[type[BaseException], ...] = ()
+except ImportError:  # Windows: there plans are made, and no wire is opened
+    pass
 else:
-    _TERMINAL_ERRORS = (termios.error,)
+    _NO_LINE = (*_NO_LINE, termios.error)
 
 Client = ModbusTcpClient | ModbusSerialClient
 _Client = TypeVar("_Client", ModbusTcpClient, ModbusSerialClient)
@@ -232,7 +233,7 @@ class RtuWire:
                 inter_byte_timeout=client.inter_byte_timeout or None,
             )
             line.reset_input_buffer()
-        except (OSError, ValueError, *_TERMINAL_ERRORS) as error:  # SerialException is an OSError
+        except _NO_LINE as error:
             raise CannotOpenError(
                 f"cannot open the serial line: {error}",
                 "is the adapter plugged in, the port of the stand file right, no other program on it, "
