@@ -360,6 +360,8 @@ def test_what_is_trusted_must_be_certificates(sealed: SignedReport, tmp_path: Pa
 def test_differences_name_their_place() -> None:
     one: Any = {"a": [1.0, 2, {"b": "x"}], "c": None, "d": True}
     assert list(differences(one, {**one, "a": [1.0 + 1e-12, 2, {"b": "x"}]})) == []
+    assert list(differences({"zero": 3.9e-17}, {"zero": -4.2e-17})) == []  # as another system rounds it
+    assert [place for place, _, _ in differences({"small": 3.9e-9}, {"small": 4.2e-9})] == ["small"]
     assert list(differences(one, {**one, "c": 0.0, "d": 1})) == [("c", "null", "0.0"), ("d", "True", "1")]
     assert list(differences(one, {"a": [1.0, 3, {}], "c": None})) == [
         ("a.1", "2", "3"),

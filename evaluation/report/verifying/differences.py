@@ -8,6 +8,8 @@ from typing import Any
 
 ROUNDING = 1e-9
 """Numbers that differ by a smaller share are the same: another processor adds up in another order."""
+RESIDUE = 1e-14
+"""What is smaller is left of a sum that should be zero, in whatever unit: no figure of an evaluation is."""
 _ABSENT = "not there"
 _LONGEST = 60
 
@@ -44,7 +46,7 @@ def differences(stated: Any, made: Any, place: str = "") -> Iterator[tuple[str, 
 def _same(stated: Any, made: Any) -> bool:
     numbers = (isinstance(one, int | float) and not isinstance(one, bool) for one in (stated, made))
     if all(numbers):
-        return math.isclose(stated, made, rel_tol=ROUNDING, abs_tol=0.0)
+        return math.isclose(stated, made, rel_tol=ROUNDING, abs_tol=RESIDUE)
     return type(stated) is type(made) and bool(stated == made)
 
 
