@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bufferstand.evaluation.report.content import Table
+from bufferstand.evaluation.report.content import DASH, Table
 from bufferstand.evaluation.report.sections.conditions import conditions_section
 from bufferstand.evaluation.report.source import ReportSource
 from tests.evaluation_report.conftest import Made
@@ -12,8 +12,7 @@ from tests.evaluation_report.conftest import Made
 
 def rows(source: ReportSource) -> dict[str, str]:
     (table,) = [block for block in conditions_section(source).blocks if isinstance(block, Table)]
-    assert all(cell.tone != "missing" for row in table.rows for cell in row)
-    return {str(row[0].text): str(row[3].text) for row in table.rows}
+    return {str(row[0].text): str(row[3].text) for row in table.rows if row[3].text != DASH}
 
 
 def test_each_condition_names_the_runs_that_show_it(report: Made) -> None:
@@ -31,5 +30,9 @@ def test_what_no_run_shows_has_no_row(report: Made) -> None:
     for words in ("Greatest speed of harmonic runs", "Longest pause between runs"):
         assert words not in found
     bare = tuple(replace(run, record=None, evaluated={**run.evaluated, "requirements": []}) for run in static)
-    section = conditions_section(replace(report.source, runs=bare))
-    assert not [block for block in section.blocks if isinstance(block, Table)]
+    assert rows(replace(report.source, runs=bare)) == {}
+    (table,) = [
+        one for one in conditions_section(replace(report.source, runs=bare)).blocks if isinstance(one, Table)
+    ]
+    assert [row[0].text for row in table.rows] == ["Temperature of the specimen", "Temperature of the air"]
+    assert {row[1].why for row in table.rows} == {"no sensor of this kind was recorded"}

@@ -122,15 +122,18 @@ def test_no_heading_stands_alone_at_the_end_of_a_page(printed: Printed) -> None:
 
 
 def prose(value: Any, key: str = "") -> Iterator[str]:
-    """Yield every sentence of a report: texts, notices, notes, reasons; not the cells of tables."""
+    """Yield every sentence of a report: texts, notices, notes, reasons; not the cells of tables.
+
+    ``missing`` is what ``lacks`` has, without its places: only this is printed.
+    """
     if isinstance(value, dict):
         for name, inner in value.items():
-            if name not in {"rows", "numbers", "footnotes", "columns", "facts"}:
+            if name not in {"rows", "numbers", "footnotes", "columns", "facts", "missing"}:
                 yield from prose(inner, name)
     elif isinstance(value, list):
         for inner in value:
             yield from prose(inner, key)
-    elif key in {"items", "notices", "missing", "sentence", "points", "note", "caption"} and value:
+    elif key in {"items", "notices", "where", "sentence", "points", "note", "caption"} and value:
         yield value
 
 

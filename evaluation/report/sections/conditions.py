@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.evaluation.report.content import (
+    DASH,
     Cell,
     Column,
     Section,
@@ -30,7 +31,11 @@ _READ = (
 
 
 def conditions_section(source: ReportSource) -> Section:
-    """Return the conditions of the test as the records show them; one that no run shows has no row."""
+    """Return the conditions of the test as the records show them; one that no run shows has no row.
+
+    The temperatures always have one, with the reason where none was recorded: environmental conditions are
+    asked for (ISO/IEC 17025, 7.8.3.1 a).
+    """
     seen = (
         *(_temperature(source, role, words) for role, words in _ROLES),
         *(_required(source, *what) for what in _READ),
@@ -47,8 +52,7 @@ def conditions_section(source: ReportSource) -> Section:
         ),
         tuple(row for row in seen if row is not None),
     )
-    blocks = (*((recorded,) if recorded.rows else ()), stand_sheet(source))
-    return Section("conditions", said("Conditions of the test"), blocks)
+    return Section("conditions", said("Conditions of the test"), (recorded, stand_sheet(source)))
 
 
 _Row = tuple[Cell, ...] | None
@@ -59,7 +63,7 @@ def _row(words: str, shown: Cell, unit: str, runs: Iterable[int]) -> _Row:
     return Cell(words), shown, Cell(unit), Cell(runs_text(runs))
 
 
-def _temperature(source: ReportSource, role: str, words: str) -> _Row:
+def _temperature(source: ReportSource, role: str, words: str) -> tuple[Cell, ...]:
     values, numbers = [], []
     for run in source.runs:
         sensors = run.record.temperatures if run.record is not None else ()
@@ -68,7 +72,10 @@ def _temperature(source: ReportSource, role: str, words: str) -> _Row:
         if any(one.size for one in finite):
             numbers.append(run.number)
             values += [float(end(one)) for one in finite if one.size for end in (np.min, np.max)]
-    return _row(words, _span(values, 1), "°C", numbers) if values else None
+    if values:
+        return Cell(words), _span(values, 1), Cell("°C"), Cell(runs_text(numbers))
+    none = Cell(DASH, "missing", said("no sensor of this kind was recorded"))
+    return Cell(words), none, Cell("°C"), none
 
 
 def _span(values: Sequence[float], decimals: int) -> Cell:
