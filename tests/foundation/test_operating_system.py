@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import runpy
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from bufferstand.foundation.operating_system import (
     ENDING_SIGNALS,
     ReaderBounds,
     bounded_memory,
+    bounds,
     is_lock_taken,
     let_signals_come,
     make_read_only,
@@ -223,3 +225,52 @@ def test_job_that_is_refused_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(PermissionError):
         jobs.Job(_process(), 1 << 30)
     assert kernel.calls[-1][0] == "CloseHandle"
+
+
+def test_reader_of_windows_is_in_a_job_and_is_told_no_pipe(monkeypatch: pytest.MonkeyPatch) -> None:
+    held: list[tuple[object, int]] = []
+
+    class Job:
+        def __init__(self, process: object, memory_bytes: int) -> None:
+            held.append((process, memory_bytes))
+
+        def close(self) -> None:
+            held.append((None, 0))
+
+    monkeypatch.setattr(bounds, "Job", Job)
+    monkeypatch.setattr(sys, "platform", "win32")
+    reader = ReaderBounds(1 << 30)
+    told = nameless_file()
+    code = "import os, sys; os.write(1, sys.argv[1].encode())"
+    with reader.start([sys.executable, "-c", code], dict(os.environ), told) as process:
+        taken = bytearray(2)
+        reader.fill(process, memoryview(taken), 60.0)
+        reader.close()
+    os.close(told)
+    assert taken == b"-1"
+    assert held == [(process, 1 << 30), (None, 0)]
+    bounds.bound_reader(-1, 1)  # the job does it: nothing is asked of the system
+    bounds.bound_processor_time(5.0)
+    assert signal.getitimer(signal.ITIMER_PROF)[0] == 0.0
+
+
+def test_lock_of_windows_is_on_a_byte_behind_the_content(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    at: list[tuple[int, int]] = []
+
+    def locking(handle: int, mode: int, size: int) -> None:
+        if at:
+            raise PermissionError
+        at.append((os.lseek(handle, 0, os.SEEK_CUR), size))
+        assert mode == 2
+
+    monkeypatch.setitem(sys.modules, "msvcrt", SimpleNamespace(locking=locking, LK_NBLCK=2))  # type: ignore[arg-type]
+    monkeypatch.setattr(sys, "platform", "win32")
+    take = runpy.run_path(str(Path(bounds.__file__).with_name("locks.py")))["is_lock_taken"]
+    handle = os.open(tmp_path / "lock", os.O_RDWR | os.O_CREAT)
+    assert take(handle)
+    assert os.lseek(handle, 0, os.SEEK_CUR) == 0
+    assert not take(handle)
+    os.close(handle)
+    assert at == [(1 << 20, 1)]
