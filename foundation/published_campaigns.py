@@ -1,4 +1,4 @@
-"""Campaigns that were published, so that the one of a campaign file can be held against them."""
+"""Campaigns that were published, so that the one of a campaign file can be compared with them."""
 
 from __future__ import annotations
 

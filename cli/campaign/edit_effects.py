@@ -69,7 +69,7 @@ def means_nothing(edits: Sequence[FileEdit]) -> bool:
 def edits_shown(
     edits: Sequence[FileEdit], record: CampaignRecord, prepared: PreparedCampaign
 ) -> tuple[FileEdit, ...]:
-    """Return edits as they are shown: a file that takes the place of another is held against that one.
+    """Return edits as they are shown: a file that takes the place of another is compared with that one.
 
     A register profile may take the place of a shipped one, of which the campaign has no copy, or give its
     own up for that.

@@ -1,4 +1,4 @@
-"""Clocks of devices beside the controller's: held against the host's while the stand runs, and recorded.
+"""Clocks of devices beside the controller's: compared with the host's while the stand runs, and recorded.
 
 Guards look at what such a device delivers as at an amplifier: stamped by the host's clock. The run file keeps
 the device's own stamps, and readings of every clock by which the evaluation places them.

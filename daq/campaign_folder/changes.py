@@ -22,7 +22,7 @@ _CONTROLLER = (
 )
 """Facts of an identity, and what they are called. Its address is no fact of the controller."""
 _NAMES = ("name", "rom", "id")
-"""Keys by which the tables of a list are told apart."""
+"""Keys by which the tables of a list are distinguished."""
 _LONG = 80
 
 

@@ -82,7 +82,7 @@ def unguarded_at(speed: float, stand_file: StandFile) -> tuple[str, ...]:
 def what_is_unguarded(sentences: Collection[str]) -> tuple[str, ...]:
     """Return what each sentence of :func:`unguarded` says is missing, without names, figures and reasons.
 
-    By these two plans are held against each other.
+    By these two plans are compared with each other.
     """
     return tuple(text.partition(":")[0].partition(" (")[0] for text in sentences)
 

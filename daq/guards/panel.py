@@ -60,7 +60,7 @@ class GuardSet:
     Raises
     ------
     ValueError
-        If two guards of a kind cannot be told apart.
+        If two guards of a kind cannot be distinguished.
     """
 
     def __init__(self, *parts: Guard[Any] | Iterable[Guard[Any]], complete: bool = True) -> None:

@@ -87,7 +87,7 @@ class TouchWiringCheck:
         Raises
         ------
         Halt
-            Where signals are held against each other, and a doubt stops the campaign.
+            Where signals are compared with each other, and a doubt stops the campaign.
         """
         guard = self._acquisition.panel.guard(SignalsGuard)
         if guard is not None and guard.action is not Action.NOTE:

@@ -10,7 +10,7 @@ from bufferstand.foundation.channels import CHANNEL_UNITS, STROKE_CHANNELS, Quan
 REQUIRED_CHANNELS: Mapping[str, str] = {
     "force": "limits, guards and every figure are made of it",
     "stroke_1": "limits, guards and every figure are made of it",
-    "position": "the following error is counted from it, and the draw wires are held against it",
+    "position": "the following error is counted from it, and the draw wires are compared with it",
     "command": "following error and standing channels are judged by it",
 }
 """Channels that a controller must sample, and why."""

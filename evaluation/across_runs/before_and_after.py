@@ -52,7 +52,7 @@ def before_after_entries(points: Sequence[RunEvaluation]) -> list[BeforeAfterEnt
     ]
     usable.sort(key=lambda p: (specimen_of(p), p.facts.kind, _started_s(p), p.facts.id))
     found: list[BeforeAfterEntry] = []
-    # Only runs of one specimen are held against each other: an archive has many of them.
+    # Only runs of one specimen are compared with each other: an archive has many of them.
     of_specimens = groupby(usable, key=lambda p: (specimen_of(p), p.facts.kind))
     for ordered in (group for _, own in of_specimens for group in grouped(list(own), _same_step)):
         first, *later = ordered

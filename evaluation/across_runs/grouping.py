@@ -22,7 +22,7 @@ def grouped(
 
 
 def specimen_of(run: RunEvaluation) -> tuple[str, bool]:
-    """Return what a run must have in common with another to be held against it, apart from the step.
+    """Return what a run must have in common with another to be compared with it, apart from the step.
 
     Returns
     -------

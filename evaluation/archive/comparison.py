@@ -1,7 +1,7 @@
 """Compares two evaluations: what changed, by how much, and whether by more than its uncertainty.
 
 Of one and the same recording both evaluations share the errors of the channels, and only the way they were
-read has changed: the larger of both expanded uncertainties is what the difference is held against. Two
+read has changed: the larger of both expanded uncertainties is what the difference is compared with. Two
 recordings have errors of their own: there it is that of their difference (E_n of ISO 13528), in which the
 errors that both name as the same (``shared_errors``) cancel as far as they act alike. Of single cycles that
 is not known, and it is the root of the sum of squares: an upper bound.
@@ -280,7 +280,7 @@ def _paired(
 ) -> tuple[list[tuple[Entry | None, Entry]], list[Entry]]:
     """Return each new run with its old one, and the old ones that are left.
 
-    Copies (one content twice) are told apart by their paths, then taken in order.
+    Copies (one content twice) are distinguished by their paths, then taken in order.
     """
     found: dict[int, Entry] = {}
     left = list(old)

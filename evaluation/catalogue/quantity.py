@@ -87,7 +87,7 @@ class Shown:
     compared : str or None
         Its name in the comparison of specimens; None: not compared.
     before_after : bool
-        Whether a step that is repeated later is held against the first by it.
+        Whether a step that is repeated later is compared with the first by it.
     cycles, settled, trend, terminal, archive, monitor
         Whether and how it is there; None: it is not.
     """

@@ -53,7 +53,7 @@ _NORMAL_MEDIAN_SQUARE = 0.4549364
 _TOLD, _HALF_ALIKE = 4.0, 0.005
 """Half times of two turns differ by more than so many of their u, and by this share of them, or are one."""
 _MOST_GROUPS = 16
-"""Motions about so many levels are told apart."""
+"""Motions about so many levels are distinguished."""
 _NEWTON_STEPS = 6
 
 

@@ -152,7 +152,7 @@ def _recording(run: RunEvaluation) -> RecordingIdentity:
 def what_runs_say_together(runs: Sequence[RunEvaluation]) -> TogetherEntry:
     """Return what runs say together: trends, comparisons, totals, and ``warnings`` of them as a set.
 
-    Simulated and real runs are never points of one trend, nor held against each other.
+    Simulated and real runs are never points of one trend, nor compared with each other.
 
     Each step of a run is a point; one whose means are of spoiled cycles is none (the run's warnings say so).
     """

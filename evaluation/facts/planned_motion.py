@@ -51,7 +51,7 @@ class PlannedTurns:
 
 
 def held_against(step: Mapping[str, Any], name: str) -> PlannedValue | None:
-    """Return what a harmonic run is held against, None where nothing is on record.
+    """Return what a harmonic run is compared with, None where nothing is on record.
 
     Parameters
     ----------

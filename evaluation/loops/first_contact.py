@@ -202,7 +202,7 @@ def _on_the_way(
     """Return by how much the force changes over a way (absolute), and the deviation of its noise [kN].
 
     By its slope, which leaves out by how much guides rub as they start; few samples on the way have none, and
-    are held against those in which the stroke stood: a force that rises evenly is half its rise above them.
+    are compared with those in which the stroke stood: a force that rises evenly is half its rise above them.
     """
     force = force_kN[moving]
     if moving.size < _FEWEST_REST:

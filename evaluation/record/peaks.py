@@ -16,7 +16,7 @@ NEAR = 16
 _CHUNK = 32_768
 """Samples that are looked at together."""
 _BESIDE = 4
-"""A lone sample is held against so many on each side."""
+"""A lone sample is compared with so many on each side."""
 _STEPS_APART = 4.0
 """It is further from both neighbours than so many of the largest step between those beside it. The tip of a
 triangle is one step away, a smooth peak less, the largest of noisy samples about two."""

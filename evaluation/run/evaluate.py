@@ -375,7 +375,7 @@ def _unstated_impact(facts: RunFacts) -> list[str]:
 def _off_plan(facts: RunFacts, whole: StepFigures) -> list[str]:
     """Return a warning for every figure in which a harmonic run is not the step that was planned.
 
-    Where the piston's stroke was asked for, the specimen is held against what the plan expected of it.
+    Where the piston's stroke was asked for, the specimen is compared with what the plan expected of it.
     """
     if facts.kind != "harmonic":
         return []

@@ -117,7 +117,7 @@ def test_another_controller_is_refused_unless_its_serial_number_was_accepted(tmp
     starts = case.record()["starts"]
     assert starts[-1]["changes"] == [change], "the file is no other than at the refused start"
     assert begun(load_record(case.out), case.out).controller["serial"] == "2", (
-        "the next one is held against it"
+        "the next one is compared with it"
     )
 
 

@@ -1,4 +1,4 @@
-"""What a harmonic run is held against where the piston's stroke was asked for, not the specimen's."""
+"""What a harmonic run is compared with where the piston's stroke was asked for, not the specimen's."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ def test_a_steps_duration_is_the_sum_of_its_motions(plan: MakePlan) -> None:
 def test_many_slow_cycles_are_planned_by_few_predictions(
     plan: MakePlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The tests' spring takes 1 % less in a kelvin; held against a prediction for each cycle."""
+    """The tests' spring takes 1 % less in a kelvin; compared with a prediction for each cycle."""
     asked: list[float] = []
 
     class Counting(ClosedFormSpring):

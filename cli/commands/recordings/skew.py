@@ -47,8 +47,8 @@ def command(
     """Measure the skew between force and stroke from runs on an elastic reference (a steel spring).
 
     The loop of a spring without loss has no area: what it has, the skew made. One frequency is enough; over
-    several the reference's own loss is told apart. Says what delay_s to write into the stand file, and what
-    1 ms changes in absorbed energy and damping of every run.
+    several the reference's own loss is distinguished. Says what delay_s to write into the stand file, and
+    what 1 ms changes in absorbed energy and damping of every run.
     """
     from bufferstand.evaluation.across_runs import points_of
     from bufferstand.evaluation.document import evaluate_file, skew_effect

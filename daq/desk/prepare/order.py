@@ -31,7 +31,7 @@ def moved_step(text: str, index: int, by: int) -> str:
     ------
     BadInput
         If there is no such step, none to change places with, the text is no TOML, or its steps are written so
-        that they cannot be told apart by lines.
+        that they cannot be distinguished by lines.
     """
     before = toml_content_of(text)
     steps = before.get("step")
@@ -42,7 +42,7 @@ def moved_step(text: str, index: int, by: int) -> str:
     lines = text.splitlines(keepends=True)
     spans = _spans(lines)
     if len(spans) != last + 1:
-        raise BadInput("these steps cannot be told apart by their lines", remedy=IN_THE_TEXT)
+        raise BadInput("these steps cannot be distinguished by their lines", remedy=IN_THE_TEXT)
     (a, b), (c, d) = sorted((spans[index], spans[other]))
     swapped = [*lines[:a], *_ended(lines[c:d]), *lines[b:c], *_ended(lines[a:b]), *lines[d:]]
     order = list(before["step"])

@@ -27,7 +27,7 @@ from bufferstand.daq.scaling import ScaledBlock
 
 @dataclass(frozen=True)
 class SignalsGuard(WiringGuard, Guard[WiringWatch]):
-    """What signals are held against, as a guard: it doubts every signal that the others believe."""
+    """What signals are compared with, as a guard: it doubts every signal that the others believe."""
 
     kind: ClassVar = "wiring"
     title: ClassVar = "signals fit each other, the command and the plan"
@@ -87,7 +87,7 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
         return memory
 
     def during(self, phase: Phase) -> Self:
-        """Return it for so much of force, strokes and position as is held against each other."""
+        """Return it for so much of force, strokes and position as is compared with each other."""
         match phase:
             case Phase.VALVE_OFF:
                 return replace(self, motion="none")
@@ -113,6 +113,6 @@ class SignalsGuard(WiringGuard, Guard[WiringWatch]):
 
     @classmethod
     def from_facts(cls, facts: Any) -> Self:
-        """Return it from its data, for its margin: what it was held against is left out."""
+        """Return it from its data, for its margin: what it was compared with is left out."""
         action = Action[facts["action"].upper()]
         return cls(action=action, force_factor=facts["force_factor"], motion="none")

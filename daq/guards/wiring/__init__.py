@@ -1,4 +1,4 @@
-"""Does the stand measure what it moves? Signals held against each other, against the command and the plan.
+"""Does the stand measure what it moves? Signals compared with each other, against the command and the plan.
 
 Every guard elsewhere believes its signal. Here signals are doubted: sign, scale, zero and delay of force,
 draw wires and piston are seen in the first slow motion, before any great force; later a wire that slips, a

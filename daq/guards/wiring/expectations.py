@@ -32,7 +32,7 @@ def wiring_guard(
     ambient: Collection[str],
     speed: float = 1.0,
 ) -> WiringGuard:
-    """Return what the signals of a campaign are held against.
+    """Return what the signals of a campaign are compared with.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ SIGMAS = 5.0
 REST_S = 0.9
 """The force's level and noise are those of so long at the beginning [s]."""
 TOLD_KN, APART = 1.5, 2.5
-"""The second force is held against the first where it rose by this, and is so many times the other."""
+"""The second force is compared with the first where it rose by this, and is so many times the other."""
 MOVES_MM, STOOD_MM, PRESSED_MM = 0.1, 0.3, 0.5
 """A wire that moves has gone so far; one that stood did so over this of the piston's way; and a specimen
 whose wires have gone this far is pressed by several times the force of a touch, or is none [mm]."""

@@ -1,7 +1,7 @@
 """The wiring as the reason of a trip: the last seconds of draw wires and forces.
 
 The live judges look at what lasts, and at motions that are slow; a limit is passed once. So here the one draw
-wire is held against the other, which goes with the piston, and the force against the second one.
+wire is compared with the other, which goes with the piston, and the force against the second one.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from bufferstand.daq.scaling import ScaledBlock
 LEAST_POINTS = 10
 """Why a limit was passed is looked for in so many points before it at least."""
 LEAST_SPAN_S = 0.6
-"""Force and wires are held against the piston once that was held against its command for so long [s]."""
+"""Force and wires are compared with the piston once that was compared with its command for so long [s]."""
 
 
 class WiringWatch:

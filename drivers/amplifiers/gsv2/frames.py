@@ -21,7 +21,7 @@ SHORT_ZERO = 0x8000
 """16-bit value of zero in bipolar operation."""
 SHORT_FRAME_BYTES = 3
 _STATUS_BITS = 0x18
-_UNDECIDED = 64  # frames after which two readings of the stream are not told apart by waiting
+_UNDECIDED = 64  # frames after which two readings of the stream are not distinguished by waiting
 
 
 @dataclass(frozen=True)

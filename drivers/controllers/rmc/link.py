@@ -248,7 +248,7 @@ class RmcLink(ModbusLink):
         }
 
     def _identity(self) -> Mapping[str, float]:
-        """Get who answers; a wrong word order, and a program that is not loaded, are told apart."""
+        """Get who answers; a wrong word order, and a program that is not loaded, are distinguished."""
         product, _, cpu, revision = self._registers.reals(PRODUCT, 4, "the controller's information")
         variables = self._variables.all()
         model = self._model

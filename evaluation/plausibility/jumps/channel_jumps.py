@@ -52,7 +52,7 @@ def jumps(look: RunView) -> list[Finding]:
 
     One fault shows in several ways, of which the most direct is told: the instant of a jump, else the force
     at rests (beside a jump, a zero that is off or drifts), else what changes from cycle to cycle. The force
-    is held against the stroke, and that of other cycles, which a stroke that jumped is not fit for.
+    is compared with the stroke, and that of other cycles, which a stroke that jumped is not fit for.
 
     Parameters
     ----------

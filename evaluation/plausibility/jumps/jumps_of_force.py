@@ -1,4 +1,4 @@
-"""Jumps of the force at one instant, held against the force at that stroke in the other strokes.
+"""Jumps of the force at one instant, compared with the force at that stroke in the other strokes.
 
 A specimen makes fast changes of force, too: a preload that is met, friction that turns, a stick that slips.
 The first two happen at the same stroke in every pass, so that nothing is left when another pass is taken off;
@@ -40,7 +40,7 @@ NOISES, STEPS = 8.0, 2.0
 """… so many standard deviations of its noise, so many steps of its converter …"""
 ALONE = 1.6
 """… and so many times the twentieth largest leap: of hundreds of normal deviates the largest is 1.5 times, of
-thousands 1.3. What is beyond that is held against the other passes."""
+thousands 1.3. What is beyond that is compared with the other passes."""
 AGREE = 0.5
 """Beyond most of the other passes it is at least this share of the leap …"""
 OF_STEP = 0.25

@@ -45,7 +45,7 @@ class Channels:
         return (self.force, *self.strokes)
 
     def other(self, channel: Samples) -> Samples:
-        """Return what a channel is held against: the stroke of a force, the force of a stroke."""
+        """Return what a channel is compared with: the stroke of a force, the force of a stroke."""
         return self.stroke if channel.quantity == "force" else self.force
 
     def _own(self, name: str, otherwise: FloatArray) -> Samples:

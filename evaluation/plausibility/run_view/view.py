@@ -97,7 +97,7 @@ class RunView:
         return self.seen.all
 
     def other(self, channel: Samples) -> Samples:
-        """Return what a channel is held against: the stroke of a force, the force of a stroke."""
+        """Return what a channel is compared with: the stroke of a force, the force of a stroke."""
         return self.seen.other(channel)
 
     def touched(self, start_s: float, end_s: float) -> tuple[int, ...]:

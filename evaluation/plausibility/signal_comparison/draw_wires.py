@@ -112,7 +112,7 @@ def _wires_out(wires: Mapping[str, FloatArray], time_s: FloatArray) -> tuple[Fai
     """Return the wires that stand still while another one moves, each from when on.
 
     Where each of two stands still while the other moves, one is late and none is broken. Of more, that which
-    stood still first is out, and the others are held against each other.
+    stood still first is out, and the others are compared with each other.
     """
     blocks = {name: _blocks(wire)[0] for name, wire in wires.items()}
     rows = _blocks(time_s)[1]

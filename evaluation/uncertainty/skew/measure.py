@@ -1,8 +1,8 @@
 """Measuring the skew between force and stroke on an elastic reference.
 
 Whatever such a spring's characteristic, its loop encloses no area: what a record of it encloses is the skew
-(and the little that the reference itself loses). At one frequency the two cannot be told apart; over several
-frequencies a loss that does not depend on the rate stays, and the skew's share grows with ω:
+(and the little that the reference itself loses). At one frequency the two cannot be distinguished; over
+several frequencies a loss that does not depend on the rate stays, and the skew's share grows with ω:
 δ = η - ω τ, a straight line in ω whose slope is the skew.
 """
 

@@ -156,7 +156,7 @@ class RowFilter:
 
 @dataclass(frozen=True)
 class _Other:
-    """A line that is no row: its number (from 1), how many cells it has, how they were told apart."""
+    """A line that is no row: its number (from 1), how many cells it has, how they were distinguished."""
 
     line: int
     cells: int

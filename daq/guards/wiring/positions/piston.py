@@ -55,7 +55,7 @@ class PistonJudge:
     def __init__(self) -> None:
         self._lasting, self._far = RepeatedFinding(LOOKS), RepeatedFinding(APART_LOOKS)
         self.suspected = False
-        """Whether the position was off at the last look: nothing is held against it then."""
+        """Whether the position was off at the last look: nothing is compared with it then."""
 
     @property
     def begun(self) -> bool:

@@ -105,7 +105,7 @@ class BehindJudge:
 
     @property
     def suspected(self) -> bool:
-        """Whether the position was behind at the last look: nothing is held against it then."""
+        """Whether the position was behind at the last look: nothing is compared with it then."""
         return self._since_s is not None
 
     def look(

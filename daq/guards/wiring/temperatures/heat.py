@@ -165,7 +165,7 @@ class HeatJudge:
             self._rises.popleft()
 
     def _heat_now(self, guard: WiringGuard, lag_s: float) -> HeatAtReading:
-        """Return what a sensor that stands still is held against."""
+        """Return what a sensor that stands still is compared with."""
         planned = all(name not in self._sensors for name in guard.ambient)
         air_C = self._air_C(guard) - AIR_K[planned]
         rises = [
