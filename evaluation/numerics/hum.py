@@ -17,8 +17,9 @@ _ABOVE = 40.0
 """Power over the median beside it from which a peak is hum: of noise, one of 10^16 values is so large."""
 _BESIDE = 40
 _ABOVE_NEIGHBOURS = 10.0
-"""… and over that one or two harmonics of the cycle away: corners of a loop make lines at all of them, those
-of a stroke that is flat at both its turns alike at every other one."""
+"""… and over that of the next harmonics of the cycle: corners of a loop make lines at all of them, those of a
+stroke that is flat at both its turns alike at every other one, and between those some nearly vanish."""
+_NEXT_HARMONICS = (1, 2, 3, 4)
 _LEAST_SAMPLES = 512
 _ORDER = 5
 _MAIN_LOBE = 2
@@ -31,22 +32,27 @@ class HumLine(NamedTuple):
     amplitude: float
 
 
-def lines_of(rows: FloatArray, step_s: float, cycle_s: float) -> tuple[HumLine, ...]:
+def lines_of(
+    rows: FloatArray, step_s: float, shortest_cycle_s: float, usual_cycle_s: float
+) -> tuple[HumLine, ...]:
     """Return the hum on a channel, strongest first.
 
     Parameters
     ----------
     rows : array, shape (R, L)
         Even samples of stretches of the record.
-    step_s, cycle_s : float
-        Distance of the samples and length of the shortest cycle [s].
+    step_s : float
+        Distance of the samples [s].
+    shortest_cycle_s, usual_cycle_s : float
+        Length of the shortest cycle, above whose harmonics hum is looked for, and of most of them [s]: a
+        first or last cycle that is a little shorter says nothing of where the harmonics lie.
     """
     if rows.shape[1] < _LEAST_SAMPLES:
         return ()
     power, frequency_Hz = _power(rows, step_s)
-    first = int(np.searchsorted(frequency_Hz, _FASTER / cycle_s))
-    apart = 1.0 / cycle_s / float(frequency_Hz[1])
-    away = tuple(max(2 * _MAIN_LOBE + 1, round(number * apart)) for number in (1, 2))
+    first = int(np.searchsorted(frequency_Hz, _FASTER / shortest_cycle_s))
+    apart = 1.0 / usual_cycle_s / float(frequency_Hz[1])
+    away = tuple(max(2 * _MAIN_LOBE + 1, round(number * apart)) for number in _NEXT_HARMONICS)
     found: list[int] = []
     above = power / np.maximum(_level(power), 1e-300)
     order = np.argsort(above[first:-2])[::-1][: 4 * _MOST_LINES * (2 * _MAIN_LOBE + 1)] + first
@@ -101,7 +107,7 @@ def _level(power: FloatArray) -> FloatArray:
 
 
 def _stands_out(power: FloatArray, at: int, away: Sequence[int]) -> bool:
-    """Say whether a peak is none of a row of peaks that are one or two harmonics of the cycle apart."""
+    """Say whether a peak is none of a row of peaks that are a few harmonics of the cycle apart."""
     for beside in (at + sign * far for sign in (-1, 1) for far in away):
         part = power[max(0, beside - _MAIN_LOBE) : beside + _MAIN_LOBE + 1]
         if part.size and power[at] < _ABOVE_NEIGHBOURS * np.max(part):

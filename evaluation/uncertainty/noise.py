@@ -226,9 +226,10 @@ def _spectrum(
     if not cycles or time_s.size < _LEAST_BLOCKS or sigma <= 0.0:
         return None
     step_s = float(np.median(np.diff(time_s[:_MOST_SAMPLES])))
-    cycle_s = min(cycle.duration_s for cycle in cycles)
+    lengths_s = [cycle.duration_s for cycle in cycles]
+    cycle_s = min(lengths_s)
     rows = _stretches(values)
-    lines = lines_of(rows, step_s, cycle_s)
+    lines = lines_of(rows, step_s, cycle_s, float(np.median(lengths_s)))
     if lines:
         rows = without_lines(rows, step_s, lines)
         sigma = noise_sigma(rows.ravel())
