@@ -220,8 +220,11 @@ def _errors(
             remedy="ask its laboratory",
         )
     expanded = _largest(certificate, stated, points)
-    note = "A certificate of the whole chain: counts become values as before, errors with U become limits."
-    return {}, [abs(error) + u for error, u in zip(off, expanded, strict=True)], [note]
+    notes = ["A certificate of the whole chain: counts become values as before, errors with U become limits."]
+    rises = {b > a for a, b in itertools.pairwise(reference.values)}
+    if len(rises) > 1:
+        notes.append("Its points rise and fall: the limits hold for both directions.")
+    return {}, [abs(error) + u for error, u in zip(off, expanded, strict=True)], notes
 
 
 def _largest(certificate: Certificate, stated: Sequence[Sequence[float]], points: int) -> Sequence[float]:

@@ -140,10 +140,16 @@ def _single(value: Any) -> Any:
 def _of_run(run: PublishedRun) -> Entity:
     step = (run.document.get("step") or {}).get("name")
     simulated = simulated_of(run.document)
+    kind = run.document["run"]["kind"]
+    held = f"{kind} run, as recorded, with its calibrations and events"
+    if run.document.get("withheld"):
+        held = (
+            f"copy of a recorded {kind} run, with calibrations and events, without what names the computers"
+            " of the laboratory; its metadata “withheld” list the keys, and the SHA-256 of the recorded file"
+        )
     return {
         "name": f"Run {run.id}" + (f": {step}" if step else ""),
-        "description": ("SIMULATED: " if simulated else "")
-        + f"{run.document['run']['kind']} run, as recorded, with its calibrations and events",
+        "description": ("SIMULATED: " if simulated else "") + held,
         "identifier": ref(_content_hash(run)),
     }
 

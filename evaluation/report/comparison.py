@@ -182,7 +182,10 @@ def _nothing_found(
 
 def _clearest(beyond: Sequence[tuple[ComparedFigures, Difference]]) -> str:
     row, apart = max(beyond, key=lambda one: abs(one[1].normalised or 0.0))
-    share = "" if apart.relative is None else said(" {relative} %", relative=fixed(100.0 * apart.relative, 1))
+    share = ""
+    if apart.relative is not None:
+        sign = "+" if apart.relative > 0.0 else ""
+        share = said(" {relative} %", relative=sign + fixed(100.0 * apart.relative, 1))
     normalised = (
         "" if apart.normalised is None else said(" (E_n {normalised})", normalised=fixed(apart.normalised, 1))
     )

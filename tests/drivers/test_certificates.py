@@ -92,6 +92,19 @@ def test_errors_of_the_whole_chain_become_limits_with_u(tmp_path: Path) -> None:
     assert new.uncertainty == {"accuracy_percent": 0.477, "zero": 0.2}
 
 
+def test_limits_of_a_whole_chain_hold_for_rising_and_falling_points(tmp_path: Path) -> None:
+    forces = (0.0, 315.0, 630.0, 315.0, 0.0)
+    shown = table(
+        listed(forces, KN),
+        listed((0.1, 315.5, 629.0, 316.5, 0.4), KN),
+        listed((0.1, 0.5, -1.0, 1.5, 0.4), KN, uncertainty("0.1 0.4 0.8 0.4 0.1")),
+    )
+    new = calibrated(read_certificate(written(tmp_path, certificate(shown))), "force", Calibration())
+    assert "Its points rise and fall: the limits hold for both directions." in new.notes
+    # of falling points: (1.5 + 0.4) of 315 kN; at no load 0.4 + 0.1 kN
+    assert new.uncertainty == {"accuracy_percent": 0.604, "zero": 0.5}
+
+
 def test_u_of_another_k_is_taken_to_two_and_the_newer_form_is_read_alike(tmp_path: Path) -> None:
     shown = listed(SIGNALS, MV_PER_V, newer_uncertainty("0.0015", k="3"))
     text = certificate(table(listed(FORCES_KN, KN), shown), version="3.3.0")
