@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from bufferstand.drivers.simulated.faults.file import FaultFile
 from bufferstand.drivers.simulated.miswiring.settings import MiswiredThermometer
 from bufferstand.drivers.simulated.settings import SimulationSettings
+from bufferstand.drivers.stand_file.recording_stand import RecordingStand
 from bufferstand.drivers.stand_file.schema import StandFile
 from bufferstand.foundation.errors import BadInput
 from bufferstand.foundation.settings.loading import parse_settings, refusal
@@ -117,6 +118,20 @@ SENSOR = (
     '[sensor]\nkind = "modbus"\nport = "p"\nrate_Hz = 10.0\n[sensor.channel]\nname = "pressure_1"\n'
     'quantity = "pressure"\nunit = "bar"\n[sensor.modbus]\nmap = "dms-float"\n'
 )
+INPUT = '[acquisition.input.channel]\nname = "force_2"\nquantity = "force"\nunit = "kN"\n'
+LABJACK = (
+    '[figures]\n[[acquisition]]\nkind = "labjack"\nhost = "127.0.0.1"\nmodel = "T7"\nrate_Hz = 1000.0\n'
+    '[[acquisition.input]]\nterminal = "AIN0"\n' + INPUT
+)
+MODBUS_IO = (
+    '[limits]\n[[acquisition]]\nkind = "modbus-io"\nhost = "127.0.0.1"\ndescription = "wago-750"\n'
+    "rate_Hz = 10.0\n"
+    '[[acquisition.input]]\npoint = "a"\n'
+    + INPUT.replace("force_2", "force")
+    + '[[acquisition.input]]\npoint = "b"\n'
+    + INPUT.replace("force_2", "stroke_1").replace("force", "stroke").replace("kN", "mm")
+)
+LINE = 'description = "tecsis-eze30"\n'
 SPECIMEN = '[specimen]\nid = "A"\n[test]\n[catalogue]\npoints = [[0.0, 15.0], [50.0, 100.0]]\n'
 FAULTS = '[[fault]]\ntarget = "controller"\nkind = "lost"\n'
 FILES: Mapping[str, tuple[type[BaseModel], str]] = {
@@ -125,6 +140,20 @@ FILES: Mapping[str, tuple[type[BaseModel], str]] = {
     "aed": (StandFile, STAND + AMPLIFIER.replace("{0}", "aed")),
     "modbus": (StandFile, STAND + AMPLIFIER.replace("{0}", "modbus") + 'map = "dms-float"\n'),
     "sensor": (StandFile, STAND + SENSOR),
+    "labjack": (StandFile, STAND + LABJACK),
+    "modbus-io": (RecordingStand, '[stand]\nid = "s"\n' + MODBUS_IO),
+    "ascii-line": (
+        StandFile,
+        STAND
+        + AMPLIFIER.replace("[amplifier.{0}]", "[amplifier.line]\n" + LINE).replace("{0}", "ascii-line"),
+    ),
+    "line sensor": (
+        StandFile,
+        STAND
+        + SENSOR.partition("[sensor.modbus]")[0].replace("modbus", "ascii-line")
+        + "[sensor.line]\n"
+        + LINE,
+    ),
     "rmc": (StandFile, STAND.replace("[controller]\n", '[controller]\nkind = "rmc"\n') + RMC),
     "ds2480b": (StandFile, STAND.replace('kind = "w1"', 'kind = "ds2480b"\nport = "p"')),
     "specimen": (SpecimenFile, SPECIMEN),
