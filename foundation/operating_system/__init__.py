@@ -11,7 +11,6 @@ if TYPE_CHECKING:
         bound_reader,
         bounded_memory,
         usable_cores,
-        yield_to_others,
     )
     from bufferstand.foundation.operating_system.disk import (
         BINARY,
@@ -56,7 +55,6 @@ __all__ = [
     "sync_folder",
     "usable_cores",
     "write_at",
-    "yield_to_others",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -29,12 +29,6 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def yield_to_others() -> None:
-    """Let other processes go first."""
-    if hasattr(os, "nice"):
-        os.nice(10)
-
-
 @contextmanager
 def bounded_memory(more_bytes: int) -> Iterator[None]:
     """While inside, this process may take only so much memory beyond what it has: more is a ``MemoryError``.

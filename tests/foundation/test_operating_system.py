@@ -33,7 +33,6 @@ from bufferstand.foundation.operating_system import (
     sync_folder,
     usable_cores,
     write_at,
-    yield_to_others,
 )
 from bufferstand.foundation.operating_system import windows_jobs as jobs
 from bufferstand.foundation.operating_system.bounds import _fill_by_waiting
@@ -46,7 +45,6 @@ CALLS = (
     "fchmod",
     "memfd_create",
     "sched_getaffinity",
-    "nice",
 )
 
 
@@ -127,15 +125,6 @@ def test_a_lock_is_held_by_one(tmp_path: Path) -> None:
     os.close(one)
     assert is_lock_taken(other)
     os.close(other)
-
-
-def test_lower_priority_is_asked_for_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[int] = []
-    monkeypatch.setattr(os, "nice", asked.append)
-    yield_to_others()
-    assert asked == [10]
-    monkeypatch.delattr(os, "nice")
-    yield_to_others()
 
 
 def test_memory_is_bounded_here_and_not_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
