@@ -9,8 +9,7 @@ from pathlib import Path
 from pydantic import Field, field_validator, model_validator
 
 from bufferstand.drivers.register_maps.coding import WORDS, RegisterType, WordOrder, decode_value
-from bufferstand.foundation import BadInput
-from bufferstand.foundation.settings import Settings, WrongKeyError, load_settings
+from bufferstand.foundation.settings import Settings, WrongKeyError, load_shipped_or_own
 
 SHIPPED_MAPS = Path(__file__).parent / "amplifier_maps"
 """Folder of the maps that come with the software."""
@@ -139,17 +138,14 @@ def load_amplifier_map(name: str, folder: Path) -> AmplifierMap:
     BadInput
         If there is none, or it breaks its schema.
     """
-    if name.endswith(".toml"):
-        return load_settings(folder / name, AmplifierMap)
-    path = SHIPPED_MAPS / f"{name}.toml"
-    if not path.is_file():
-        shipped = ", ".join(sorted(path.stem for path in SHIPPED_MAPS.glob("*.toml")))
-        raise BadInput(
-            f"there is no register map “{name}” for amplifiers",
-            place="amplifier.modbus.map",
-            remedy=f"shipped: {shipped}; a file of your own must end in .toml",
-        )
-    return load_settings(path, AmplifierMap)
+    return load_shipped_or_own(
+        name,
+        AmplifierMap,
+        folder=folder,
+        shipped=SHIPPED_MAPS,
+        what="there is no register map “{name}” for amplifiers",
+        place="amplifier.modbus.map",
+    )
 
 
 def status_texts(status: int, bits: Mapping[str, str]) -> list[tuple[str, str]]:

@@ -205,3 +205,45 @@ def load_settings(path: Path, schema: type[SchemaT]) -> SchemaT:
         As :func:`read_text` and :func:`parse_settings`.
     """
     return parse_settings(read_text(path, LONGEST_SETTINGS), schema, path)
+
+
+def load_shipped_or_own(
+    name: str, schema: type[SchemaT], *, folder: Path, shipped: Path, what: str, place: str = ""
+) -> SchemaT:
+    """Read a file by the name of a shipped one, or one of the user's own.
+
+    Parameters
+    ----------
+    name : str
+        A name without ending, or a path that ends in ``.toml``.
+    schema : type
+    folder : Path
+        Where a relative path starts from.
+    shipped : Path
+        Folder of the shipped ones.
+    what : str
+        Says in a message what there is none of: it has ``{name}`` for the name.
+    place : str
+        The key that names it, for that message.
+
+    Raises
+    ------
+    BadInput
+        If there is none, or it breaks its schema.
+    """
+    if name.endswith(".toml"):
+        return load_settings(folder / name, schema)
+    path = shipped / f"{name}.toml"
+    if not path.is_file():
+        names = ", ".join(shipped_names(shipped))
+        raise BadInput(
+            what.format(name=name),
+            place=place,
+            remedy=f"shipped: {names}; a file of your own must end in .toml",
+        )
+    return load_settings(path, schema)
+
+
+def shipped_names(shipped: Path) -> tuple[str, ...]:
+    """Return the names of the files in a folder of shipped ones."""
+    return tuple(sorted(path.stem for path in shipped.glob("*.toml")))

@@ -12,8 +12,13 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from bufferstand.drivers.descriptions import Asked, Question, Source, as_entries
-from bufferstand.foundation import BadInput
-from bufferstand.foundation.settings import Settings, Within, WrongKeyError, load_settings
+from bufferstand.foundation.settings import (
+    Settings,
+    Within,
+    WrongKeyError,
+    load_shipped_or_own,
+    shipped_names,
+)
 
 SHIPPED = Path(__file__).parent / "descriptions"
 """Folder of the descriptions that come with the software."""
@@ -205,17 +210,15 @@ def load_description(name: str, folder: Path) -> Description:
     BadInput
         If there is none, or it breaks its schema.
     """
-    if name.endswith(".toml"):
-        return load_settings(folder / name, Description)
-    path = SHIPPED / f"{name}.toml"
-    if not path.is_file():
-        raise BadInput(
-            f"there is no description “{name}” of a Modbus device",
-            remedy=f"shipped: {', '.join(shipped_descriptions())}; a file of your own must end in .toml",
-        )
-    return load_settings(path, Description)
+    return load_shipped_or_own(
+        name,
+        Description,
+        folder=folder,
+        shipped=SHIPPED,
+        what="there is no description “{name}” of a Modbus device",
+    )
 
 
 def shipped_descriptions() -> tuple[str, ...]:
     """Return the names of the descriptions that come with the software."""
-    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+    return shipped_names(SHIPPED)

@@ -24,7 +24,13 @@ from bufferstand.drivers.descriptions import (
     checked_answers,
 )
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.settings import Settings, Within, WrongKeyError, load_settings
+from bufferstand.foundation.settings import (
+    Settings,
+    Within,
+    WrongKeyError,
+    load_shipped_or_own,
+    shipped_names,
+)
 
 SHIPPED = Path(__file__).parent / "descriptions"
 """Folder of the descriptions that come with the software."""
@@ -177,21 +183,19 @@ def load_line_description(name: str, folder: Path) -> LineDescription:
     BadInput
         If there is none, or it breaks its schema.
     """
-    if name.endswith(".toml"):
-        return load_settings(folder / name, LineDescription)
-    path = SHIPPED / f"{name}.toml"
-    if not path.is_file():
-        raise BadInput(
-            f"there is no description “{name}” of an amplifier that speaks lines",
-            place="line.description",
-            remedy=f"shipped: {', '.join(shipped_line_descriptions())}; a file of your own must end in .toml",
-        )
-    return load_settings(path, LineDescription)
+    return load_shipped_or_own(
+        name,
+        LineDescription,
+        folder=folder,
+        shipped=SHIPPED,
+        what="there is no description “{name}” of an amplifier that speaks lines",
+        place="line.description",
+    )
 
 
 def shipped_line_descriptions() -> tuple[str, ...]:
     """Return the names of the descriptions that come with the software."""
-    return tuple(sorted(path.stem for path in SHIPPED.glob("*.toml")))
+    return shipped_names(SHIPPED)
 
 
 def spoken(name: str, answers: Mapping[str, Answer], folder: Path) -> SpokenLines:
