@@ -12,6 +12,7 @@ import pytest
 from bufferstand.cli.main import COMMANDS, SECTIONS
 from tests.docs.bounds_page import page as bounds_page
 from tests.docs.commands_page import page
+from tests.docs.registers_page import page as registers_page
 from tests.docs.symbols_page import page as symbols_page
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -47,6 +48,12 @@ def test_the_page_of_commands_is_their_own_help() -> None:
 def test_the_page_of_bounds_is_that_of_the_schemas() -> None:
     assert (DOCS / "bounds.md").read_text(encoding="utf-8") == bounds_page(), (
         "run: python -m tests.docs.bounds_page > docs/bounds.md"
+    )
+
+
+def test_the_page_of_registers_is_that_of_the_profile() -> None:
+    assert (DOCS / "registers.md").read_text(encoding="utf-8") == registers_page(), (
+        "run: python -m tests.docs.registers_page > docs/registers.md"
     )
 
 
