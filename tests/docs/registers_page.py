@@ -1,4 +1,4 @@
-"""Make the page of registers from the shipped profile: python -m tests.docs.registers_page > docs/registers.md"""
+"""Make the page of registers from the profile: python -m tests.docs.registers_page > docs/registers.md"""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def page() -> str:
     ring = profile.ring
     parts = [", ".join(f"`{name}` {kind}" for name, kind in part) for part in (ring.header, ring.sample)]
     tail = (
-        f"\n## The window of the ring\n\nIt begins at address {ring.address} and has {ring.registers} registers: "
-        f"a header ({parts[0]}) and {ring.samples_per_block} samples of {ring.sample_words} registers "
+        f"\n## The window of the ring\n\nIt begins at address {ring.address} and has {ring.registers} "
+        f"registers: a header ({parts[0]}) and {ring.samples_per_block} samples of {ring.sample_words} registers "
         f"({parts[1]}; `tick` in µs).\n\nIts meaning: {ring.description}.\n"
     )
     return HEAD + "".join(rows(profile)) + tail
