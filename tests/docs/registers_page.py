@@ -9,7 +9,8 @@ from bufferstand.drivers.register_maps import Profile, ProfileRegister, load_pro
 HEAD = """\
 # Registers of a controller with a sample ring
 
-Made from `drivers/register_maps/profiles/ring.toml` by `python -m tests.docs.registers_page`; a test compares it.
+Made from `drivers/register_maps/profiles/ring.toml` by `python -m tests.docs.registers_page`; a test
+compares it.
 Addresses are wire addresses from 0 on. 32-bit values take two registers. How they are used:
 [devices and wires](drivers.md#the-register-profile).
 
@@ -46,8 +47,8 @@ def page() -> str:
     parts = [", ".join(f"`{name}` {kind}" for name, kind in part) for part in (ring.header, ring.sample)]
     tail = (
         f"\n## The window of the ring\n\nIt begins at address {ring.address} and has {ring.registers} "
-        f"registers: a header ({parts[0]}) and {ring.samples_per_block} samples of {ring.sample_words} registers "
-        f"({parts[1]}; `tick` in µs).\n\nIts meaning: {ring.description}.\n"
+        f"registers: a header ({parts[0]}) and {ring.samples_per_block} samples of {ring.sample_words} "
+        f"registers ({parts[1]}; `tick` in µs).\n\nIts meaning: {ring.description}.\n"
     )
     return HEAD + "".join(rows(profile)) + tail
 
