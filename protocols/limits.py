@@ -127,13 +127,25 @@ class TestLimits(Settings):
     __test__: ClassVar[bool] = False  # pytest takes every class named Test… for a test
 
     force_max_kN: Force = 600.0
+    """No step may be expected to exceed it [kN]."""
     stroke_max_mm: Stroke | None = None
+    """Greatest prestress + amplitude [mm]. Default: specimen's, else stand's."""
     frequency_max_Hz: Frequency = 2.55
+    """The paper's highest [Hz]."""
     speed_max_mm_per_s: Speed | None = None
+    """For every motion, ramps included [mm/s]. Default: the stand's."""
     force_trip_kN: Annotated[float, Field(gt=0)] | None = None
+    """The guard stops here. It lies above ``force_max_kN``, because a static step turns at its limit [kN].
+    Default: 1.03 × the force limit that applies.
+    """
     stroke_trip_mm: Annotated[float, Field(gt=0)] | None = None
+    """The stroke guard stops here [mm]. Default: the stroke limit that applies + 2. If given, no step may
+    exceed it.
+    """
     temperature_stop_C: Temperature = 40.0
+    """The guard stops when any specimen sensor reaches it (paper § 3.1) [°C]."""
     temperature_resume_C: Temperature = 30.0
+    """Testing continues when all of them are at or below it [°C]."""
     temperature_stale_s: Annotated[
         float,
         Field(gt=0),
@@ -144,16 +156,25 @@ class TestLimits(Settings):
             "lets it by default (20 K/min) becomes 10 K warmer, unseen",
         ),
     ] = 5.0
+    """A sensor without a valid reading for this time stops, too; at most 30, and at most the time for 5 K
+    at the largest planned heating rate [s].
+    """
     on_temperature_stop: TemperaturePolicy = "stop"
+    """After the stand was unloaded. ``"stop"``: the campaign ends (exit status 3); ``bufferstand resume``
+    continues it. ``"wait-and-continue"``: wait at zero force until ``temperature_resume_C``, then run the
+    remaining cycles. ``"skip"``: leave out the rest of the step, wait, continue with the next step.
+    """
     no_temperature_stop: Annotated[str, Field(max_length=400)] = ""
-    """Why a specimen of rubber or elastomer, or of a system that nobody has stated, may be tested on a stand
-    without a thermometer on it: the stated consent, without which such a campaign is refused."""
+    """The reason to test rubber or elastomer without a thermometer; at least three words and ten letters.
+    """
     following_error_max_mm: Annotated[float, Field(gt=0)] = 10.0
+    """Greatest distance between piston and command [mm]."""
     following_error_grace_s: Annotated[
         float,
         Field(ge=0),
         Within(0.0, 1.0, "in 1 s a piston that runs away at 50 mm/s goes 50 mm beside its command"),
     ] = 0.25
+    """How long it must last to trip [s]."""
 
     @model_validator(mode="after")
     def _thresholds_are_apart(self) -> Self:

@@ -17,7 +17,7 @@ items = [
 """
 _HEAD = """\
 # {about}
-# Every key is explained in docs/campaign-file.md; `bufferstand plan {file}` shows what comes of it.
+# Every key is explained in docs/keys.md; `bufferstand plan {file}` shows what comes of it.
 
 [campaign]
 id = {id}
@@ -143,7 +143,7 @@ def campaign_text(answers: Answers, file: str, specimen_path: str) -> str:
 
 
 def specimen_text(answers: Answers, model_path: str) -> str:
-    """Return the text of the first specimen file; every key is explained in docs/specimen-file.md."""
+    """Return the text of the first specimen file; every key is explained in docs/keys.md."""
     category = [f"category = {quoted(answers.category)}"] if answers.category else []
     if answers.model:
         model = [
@@ -157,7 +157,7 @@ def specimen_text(answers: Answers, model_path: str) -> str:
             '# model = "…"',
         ]
     lines = [
-        f"# Specimen {' '.join(answers.specimen.split())}; every key is explained in docs/specimen-file.md.",
+        f"# Specimen {' '.join(answers.specimen.split())}; every key is explained in docs/keys.md.",
         "",
         "[specimen]",
         f"id = {quoted(answers.specimen)}",

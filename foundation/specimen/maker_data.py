@@ -24,14 +24,16 @@ class Catalogue(Settings):
         BeforeValidator(_as_pairs),
         Within(0.0, 10_000.0, "strokes of 10 m and forces of 10 MN are no buffer's, and it cannot pull"),
     ] = Field(min_length=2)
-    """Pairs of stroke [mm] and force [kN] of the loading curve, from 0 mm (with the preload) on, rising."""
+    """Pairs of stroke and force of the loading curve, such as ``[[0.0, 10.0], [25.0, 60.0], [105.0,
+    590.0]]``; the first is at stroke 0 with the preload, and both rise.
+    """
     absorbed_share: (
         Annotated[
             float, Field(gt=0, lt=1), Within(0.001, 0.999, "every spring absorbs some, and none absorbs all")
         ]
         | None
     ) = None
-    """Absorbed over stored energy of a full stroke; None: not known, and so is the heat."""
+    """Absorbed over stored energy of a full stroke. Without it heat is not known."""
     heat_capacity_J_per_K: (
         Annotated[
             float,
@@ -40,11 +42,11 @@ class Catalogue(Settings):
         ]
         | None
     ) = None
-    """Of the spring; None: not known, and so are temperatures."""
+    """Of the spring. Without it temperatures are not known [J/K]."""
     force_margin: Annotated[
         float, Field(ge=1.0), Within(1.0, 3.0, "a spring of three times the force is another spring")
     ] = 1.15
-    """By so much the forces may exceed the curve: batch, rate and cold."""
+    """By this factor the force may lie above the curve (batch, speed, cold)."""
 
     @model_validator(mode="after")
     def _a_curve(self) -> Self:

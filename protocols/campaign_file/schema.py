@@ -36,23 +36,35 @@ class CampaignFacts(Settings):
         pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
         description="letters, digits and . _ - without spaces, a letter or digit first",
     )
+    """Short name for folders and run files: letters, digits, ``.`` ``_`` ``-``."""
     title: str = ""
+    """Title for the report."""
     stand: str = Field(min_length=1)
+    """Path of the stand file, relative to the campaign file."""
     specimen: str = Field(min_length=1)
+    """Path of the specimen file, relative to the campaign file."""
     operator: str = ""
+    """Responsible person."""
     customer: str = ""
+    """Customer for the report."""
     note: str = ""
+    """Free text."""
     reproduces: Literal[""] | PublishedCampaign = Field(
         default="",
         description="the published campaign that this one is; the report sets both side by side",
     )
+    """``stiffness-characteristics-of-railway-buffers``: the paper's campaign. The report shows its numbers
+    beside the measured ones.
+    """
 
 
 class PlanConditions(Settings):
     """``[conditions]``: what the planner assumes; the run itself measures."""
 
     ambient_C: Air = 21.0
+    """Air temperature [°C]."""
     specimen_C: Temperature | None = None
+    """Specimen temperature at the start [°C]. Default: ``ambient_C``."""
 
     def start_C(self) -> float:  # noqa: N802 - the unit keeps its capital
         """Return the specimen's assumed temperature at the start [°C]: that of the air unless given."""
@@ -63,19 +75,22 @@ class MotionSettings(Settings):
     """``[motion]``: how the actuator moves to and from the motion proper."""
 
     ramp_speed_mm_per_s: Speed = 20.0
+    """To the prestress and to a hold [mm/s]."""
     release_speed_mm_per_s: Speed = 20.0
+    """Back to zero force at the end of a step [mm/s]."""
 
 
 class PlanSettings(Settings):
     """``[plan]``: in which order the steps are run, and how warm they may begin."""
 
     order: Literal["given", "soonest"] = "given"
+    """``"soonest"``: reorder the steps for the earliest end below the temperature limit."""
     margin_C: Annotated[
         float, Field(ge=0), Within(0.0, 20.0, "the stop itself is some 20 K above the air")
     ] = 1.0
-    """So far below ``temperature_stop_C`` the planner keeps the sensor with its pauses [K]."""
+    """Distance to ``temperature_stop_C`` that planned pauses keep [K]."""
     start_max_C: Temperature | None = None
-    """No step that may be moved begins warmer than this [°C]; None: as warm as the limit allows."""
+    """No movable step begins warmer than this [°C]."""
 
 
 class CampaignFile(Settings):

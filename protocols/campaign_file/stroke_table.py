@@ -13,13 +13,14 @@ class StrokeTable(Settings):
     """``[stroke]``; every key has a default."""
 
     compensate: bool = True
-    """Whether asked strokes are the specimen's; False: the piston's, as the paper's. A step may say its own
-    ``compensate``."""
+    """Strokes belong to the specimen: the piston moves farther by the machine's deflection. ``false``:
+    strokes belong to the piston (as in the paper).
+    """
     warn_percent: Annotated[
         float, Field(gt=0), Within(0.01, 10.0, "finer is noise, coarser warns of nothing")
     ] = 1.0
-    """A sine whose amplitude is off by more than this is said aloud [% of what is asked]."""
+    """A compensated sine with a larger amplitude error gives a warning [%]."""
     warn_mm: Annotated[float, Field(gt=0), Within(0.01, 5.0, "finer is noise, coarser warns of nothing")] = (
         0.2
     )
-    """So is one whose mean, or a static stroke that, is off by more than this [mm]."""
+    """A larger error of the mean, or of the turn of a static stroke, gives a warning [mm]."""

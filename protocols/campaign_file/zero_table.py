@@ -29,28 +29,32 @@ class ZeroTable(Settings):
     """``[zero]``; every key has a default, and the defaults are those of docs/how-to/zero.md."""
 
     touch: bool = True
-    """Whether first contact is touched off before the first stroke."""
+    """Find first contact before the first stroke."""
     touch_force_kN: TouchForce | None = None
-    """Force over that at rest at which the piston turns back; from the noise of the force where not given."""
+    """Rise of the force at which the piston turns back; at most 2 [kN]. Default: 8 × the noise of the
+    force, 0.5 to 2.
+    """
     speed_mm_per_s: TouchSpeed = 0.5
-    """Of the piston while it creeps."""
+    """Piston speed of the touch; at most 1 [mm/s]."""
     travel_max_mm: Annotated[float, Field(gt=0), Within(0.5, 100.0, "10 cm of gap is a missing specimen")] = (
         10.0
     )
-    """So far the piston creeps at most, from its own zero."""
+    """Longest way from the piston's own zero [mm]."""
     stroke_max_mm: WireReading = 10.0
-    """A draw wire that reads more than this at first contact is not taken for zero, but refused."""
+    """A larger draw-wire reading at first contact, or at rest before it, is refused [mm]."""
     stroke_untouched_max_mm: Annotated[
         float, Field(gt=0), Within(0.05, 10.0, "0.05 mm is noise, and 10 mm is no first contact")
     ] = 1.0
-    """Without a touch and without a stored zero: a draw wire may read so much at rest."""
+    """With ``touch = false``: greatest draw-wire reading at rest [mm]."""
     wires_apart_max_mm: Annotated[float, Field(gt=0)] | None = None
-    """The two draw wires may read so differently at first contact; the tilt in force where not given."""
+    """Greatest difference of the two draw wires at first contact; from a fifth on there is a message [mm].
+    Default: the tilt limit (5).
+    """
     on_resume: Literal["touch", "take-over"] = "touch"
-    """Whether a resumed campaign touches off anew, or goes on with the zero that it had."""
+    """``"take-over"``: a resumed campaign keeps its zero."""
     stored_max_age_h: Annotated[
         float,
         Field(gt=0),
         Within(0.1, 168.0, "in a week load cell and wires have drifted, and hands were at it"),
     ] = 24.0
-    """A zero of ``bufferstand stand zero`` that is older is not taken over [h]."""
+    """With ``touch = false``: an older zero of ``bufferstand stand zero`` is refused [h]."""

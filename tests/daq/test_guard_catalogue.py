@@ -212,7 +212,7 @@ def test_every_setting_of_guards_is_one_guards() -> None:
 
 
 def test_every_setting_of_guards_stands_in_the_docs() -> None:
-    pages = (DOCS / name for name in ("guards-and-safe-stop.md", "campaign-file.md"))
+    pages = (DOCS / name for name in ("guards-and-safe-stop.md", "keys.md"))
     text = "\n".join(page.read_text("utf-8") for page in pages)
     keys = (GuardTable.model_fields.keys() | GuardActions.model_fields.keys()) - {"action"}
     assert {key for key in keys if f"`{key}`" not in text} == set()

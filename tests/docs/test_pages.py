@@ -6,14 +6,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-from pydantic import BaseModel
-
-from bufferstand.foundation.settings import fields_by_key
-from bufferstand.foundation.specimen import file
-from bufferstand.foundation.specimen.file import Specimen, SpecimenFile
-from bufferstand.foundation.specimen.maker_data import Catalogue
-
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 ROOMS = sorted(path.resolve() for path in (ROOT / "bufferstand").iterdir() if path.is_symlink())
@@ -29,28 +21,6 @@ def tables(page: str) -> dict[str, list[tuple[str, ...]]]:
         elif line.startswith("| ") and not line.startswith("| key"):
             found.setdefault(heading, []).append(tuple(re.split(r"\s*\|\s*", line)[1:-1]))
     return found
-
-
-def keys(rows: list[tuple[str, ...]]) -> list[str]:
-    return [key for row in rows for key in re.findall(r"`(\w+)`", row[0])]
-
-
-@pytest.mark.parametrize(
-    ("table", "schema"), [("specimen", Specimen), ("catalogue", Catalogue), ("test", file.Test)]
-)
-def test_every_key_of_a_specimen_file_has_its_row_and_its_default(
-    table: str, schema: type[BaseModel]
-) -> None:
-    rows = tables("specimen-file.md")[table]
-    fields = fields_by_key(schema)
-    assert sorted(keys(rows)) == sorted(fields)
-    for row in rows:
-        for key in keys([row]):
-            assert (row[2] == "required") == schema.model_fields[key].is_required(), key
-
-
-def test_the_page_has_every_table_of_the_file_and_its_example_is_one() -> None:
-    assert set(fields_by_key(SpecimenFile)) == set(tables("specimen-file.md"))
 
 
 def printed() -> Iterator[str]:

@@ -12,6 +12,7 @@ import pytest
 from bufferstand.cli.main import COMMANDS, SECTIONS
 from tests.docs.bounds_page import page as bounds_page
 from tests.docs.commands_page import page
+from tests.docs.keys_page import page as keys_page
 from tests.docs.registers_page import page as registers_page
 from tests.docs.symbols_page import page as symbols_page
 
@@ -54,6 +55,13 @@ def test_the_page_of_bounds_is_that_of_the_schemas() -> None:
 def test_the_page_of_registers_is_that_of_the_profile() -> None:
     assert (DOCS / "registers.md").read_text(encoding="utf-8") == registers_page(), (
         "run: python -m tests.docs.registers_page > docs/registers.md"
+    )
+
+
+def test_the_page_of_keys_is_that_of_the_schemas() -> None:
+    """Every key has a meaning in its schema; the page cannot be made where one has none."""
+    assert (DOCS / "keys.md").read_text(encoding="utf-8") == keys_page(), (
+        "run: python -m tests.docs.keys_page > docs/keys.md"
     )
 
 

@@ -10,32 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings.loading import Settings
 from bufferstand.protocols.campaign_file.schema import (
-    CampaignFacts,
-    MotionSettings,
-    PlanConditions,
-    PlanSettings,
     load_campaign,
 )
-from bufferstand.protocols.campaign_file.step_kinds.common import UntilSteady
 from bufferstand.protocols.campaign_file.step_kinds.cyclic import (
-    ConditioningStep,
     HarmonicStep,
-    InnerLoopsStep,
     StaticStep,
-    SweepStep,
 )
-from bufferstand.protocols.campaign_file.step_kinds.force_cycles import ForceCyclesStep
-from bufferstand.protocols.campaign_file.step_kinds.free_motion import MotionStep
-from bufferstand.protocols.campaign_file.step_kinds.holds_and_waits import CoolDownStep, HoldStep
-from bufferstand.protocols.campaign_file.step_kinds.repeated import RepeatStep
-from bufferstand.protocols.campaign_file.step_kinds.strokes import StrokeSettings
-from bufferstand.protocols.campaign_file.step_kinds.temperatures import StepTemperatureSettings
-from bufferstand.protocols.campaign_file.step_kinds.warm_up import WarmUpStep
-from bufferstand.protocols.campaign_file.stroke_table import StrokeTable
-from bufferstand.protocols.campaign_file.zero_table import ZeroTable
-from bufferstand.protocols.limits import TestLimits
 from tests.protocols.conftest import HEAD, Load, harmonic
 
 
@@ -164,54 +145,3 @@ def test_the_papers_peak_speeds_give_the_papers_frequencies(
     step = HarmonicStep(kind="harmonic", prestress_mm=50.0, amplitude_mm=amplitude, peak_speed_mm_per_s=speed)
     assert step.rate()[0] == pytest.approx(frequency, abs=0.005)
     assert step.rate()[0] == pytest.approx(speed / (2 * math.pi * amplitude), rel=1e-12)
-
-
-ROOT = Path(__file__).parents[2]
-PAGES = (ROOT / "docs/campaign-file.md", ROOT / "docs/stand/steps.md")
-"""The tables of the file, and the kinds of steps."""
-
-
-@pytest.mark.parametrize(
-    ("heading", "schema"),
-    [
-        ("## `[campaign]`", CampaignFacts),
-        ("## `[limits]`", TestLimits),
-        ("## `[conditions]`", PlanConditions),
-        ("## `[motion]`", MotionSettings),
-        ("## `[plan]`", PlanSettings),
-        ('## `kind = "static"`', StaticStep),
-        ('## `kind = "harmonic"`', HarmonicStep),
-        ('## `kind = "sweep"`', SweepStep),
-        ('## `kind = "hold"`', HoldStep),
-        ('## `kind = "cool-down"`', CoolDownStep),
-        ('## `kind = "conditioning"`', ConditioningStep),
-        ('## `kind = "inner-loops"`', InnerLoopsStep),
-        ('## `kind = "motion"`', MotionStep),
-        ('## `kind = "warm-up"`', WarmUpStep),
-        ('## `kind = "force-cycles"`', ForceCyclesStep),
-        ('## `kind = "repeat"`', RepeatStep),
-        ("## Temperatures of a step", StepTemperatureSettings),
-        ("## `[step.until_steady]`", UntilSteady),
-        ("## `[stroke]`", StrokeTable),
-        ("## `[zero]`", ZeroTable),
-        ("## Whose strokes", StrokeSettings),
-    ],
-)
-def test_every_key_is_documented_with_its_default(heading: str, schema: type[Settings]) -> None:
-    text = "\n".join(page.read_text("utf-8") for page in PAGES)
-    section = text.split(heading, 1)[1].split("\n## ", 1)[0].split("\n### ", 1)[0]
-    common = StepTemperatureSettings.model_fields.keys() | StrokeSettings.model_fields.keys()
-    for key, field in schema.model_fields.items():
-        if key in {"kind", "name"} or (
-            schema not in (StepTemperatureSettings, StrokeSettings) and key in common
-        ):
-            continue
-        rows = [line for line in section.splitlines() if line.startswith("|") and f"`{key}`" in line]
-        assert rows, key
-        default = rows[0].split("|")[3].strip()
-        if isinstance(field.default, bool):
-            assert default == f"`{str(field.default).lower()}`", key
-        elif isinstance(field.default, int | float):
-            assert default == f"{field.default:g}", key
-        elif isinstance(field.default, str) and field.default:
-            assert default == f'`"{field.default}"`', key

@@ -24,8 +24,12 @@ class Named(Settings):
     """What everything has that can be written as ``[[step]]``."""
 
     name: str = ""
+    """Free text for tables and reports."""
     keep_order: bool | None = None
-    """Whether ``order = "soonest"`` leaves it where it is; None: as its kind does."""
+    """Whether ``order = "soonest"`` leaves the step in its place. Default: false for ``harmonic``,
+    ``sweep`` (unless ``order = "random"``) and ``cool-down`` without a temperature range, true for all
+    others.
+    """
 
 
 _NOT_ASKED = (
@@ -62,10 +66,15 @@ class UntilSteady(Settings):
     """``[step.until_steady]``: the step ends when its cycles have settled."""
 
     damping_percent: Percent = 1.0
+    """Settled: largest less smallest damping of the window is within this share of its mean [%]."""
     stiffness_percent: Percent = 1.0
+    """The same for the stiffness [%]."""
     window: Annotated[int, Field(ge=2), Within(2, 1000, "two can be compared, a thousand is no window")] = 3
+    """Number of last cycles that are compared."""
     min_cycles: Cycles = 5
+    """The step does not end before."""
     max_cycles: Cycles = 30
+    """The step ends here at the latest."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

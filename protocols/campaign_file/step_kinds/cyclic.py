@@ -34,10 +34,18 @@ class StaticStep(StepSettings):
 
     kind: Literal["static"]
     speed_mm_per_s: Speed = 5.0
+    """Both ways (EN 15551: at most 50) [mm/s]."""
     force_limit_kN: Force | None = None
+    """It turns at this force, or at ``stroke_limit_mm``, whichever comes first [kN]. Default:
+    ``force_max_kN`` that applies.
+    """
     stroke_limit_mm: Stroke | None = None
+    """It turns at this stroke, or at ``force_limit_kN`` [mm]. Default: ``stroke_max_mm`` that applies.
+    """
     cycles: Cycles = 1
+    """Three allow the EN 15551 verdicts."""
     pause_s: Pause = 0.0
+    """At zero between two cycles (EN 15551: at most 600) [s]."""
     proof_load: (
         Annotated[
             str,
@@ -48,9 +56,12 @@ class StaticStep(StepSettings):
         ]
         | None
     ) = None
-    """Which proof load this step applies (F1 …); it is recorded and judged as a proof run."""
+    """``"F1"`` … ``"F6"``: apply that proof load, up to ``force_limit_kN``, which is then required."""
     purpose: Purpose | None = None
-    """Whether the run is a conformity test of the specimen; None: the evaluation decides."""
+    """``"conformity"``: the conformity test of this specimen. ``"characterisation"``: no conformity
+    statement. Not given: the evaluation takes the first static run that meets the conditions. Not part of
+    the plan hash.
+    """
 
     @model_validator(mode="after")
     def _proof_load_has_a_force(self) -> Self:
@@ -75,11 +86,17 @@ class HarmonicStep(HarmonicRateStep):
 
     kind: Literal["harmonic"]
     prestress_mm: StrokeFromZero
+    """Mean stroke [mm]."""
     amplitude_mm: Stroke
+    """Half the range; at most the prestress, so that contact is never lost [mm]."""
     frequency_Hz: Frequency | None = None
+    """Either this or ``peak_speed_mm_per_s`` [Hz]."""
     peak_speed_mm_per_s: Speed | None = None
+    """Instead of ``frequency_Hz``: v = 2π f A [mm/s]."""
     cycles: Cycles = 5
+    """At full amplitude."""
     until_steady: UntilSteady | None = None
+    """Instead of ``cycles``: end when settled."""
 
     @model_validator(mode="after")
     def _one_rate(self) -> Self:
@@ -109,14 +126,25 @@ class SweepStep(HarmonicRateStep):
 
     kind: Literal["sweep"]
     prestress_mm: Annotated[SweepNumbers, bounds_of(StrokeFromZero)]
+    """List, or one number [mm]."""
     amplitude_mm: Annotated[SweepNumbers, bounds_of(Stroke)]
+    """List [mm]."""
     frequency_Hz: Annotated[SweepNumbers, bounds_of(Frequency)] | None = None
+    """List; either this or ``peak_speed_mm_per_s`` [Hz]."""
     peak_speed_mm_per_s: Annotated[SweepNumbers, bounds_of(Speed)] | None = None
+    """List, instead of ``frequency_Hz`` [mm/s]."""
     cycles: Annotated[int | tuple[int, ...], BeforeValidator(as_tuple), bounds_of(Cycles)] = 5
+    """One number, or one per frequency or peak speed."""
     order: Literal["given", "heat", "random"] = "given"
+    """``"given"``: prestress outermost, frequency innermost. ``"heat"``: least heating first. ``"random"``:
+    by ``seed``, so that warming is not taken for an effect of frequency.
+    """
     seed: Annotated[int, Within(-(2**63), 2**63 - 1, "a seed is a number of 64 bits")] | None = None
+    """Required with ``order = "random"``; the same seed always gives the same order."""
     beyond_limits: Literal["refuse", "leave-out"] = "refuse"
+    """``"leave-out"``: skip combinations that break a limit; the plan lists them."""
     until_steady: UntilSteady | None = None
+    """Instead of ``cycles``: end when settled."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -164,13 +192,21 @@ class SineOrSlow(HarmonicRateStep):
     """Cycles that are harmonic about a prestress, or at constant speed to a limit."""
 
     prestress_mm: StrokeFromZero | None = None
+    """Of a sine: mean stroke [mm]."""
     amplitude_mm: Stroke | None = None
+    """Of a sine: half the range [mm]."""
     frequency_Hz: Frequency | None = None
+    """Of a sine: this or ``peak_speed_mm_per_s`` [Hz]."""
     peak_speed_mm_per_s: Speed | None = None
+    """Of a sine, instead of ``frequency_Hz`` [mm/s]."""
     speed_mm_per_s: Speed | None = None
+    """Of slow strokes, instead of a sine [mm/s]. Default: 5."""
     force_limit_kN: Force | None = None
+    """Of slow strokes: they turn at this force [kN]. Default: the limit that applies."""
     stroke_limit_mm: Stroke | None = None
+    """Of slow strokes: they turn at this stroke [mm]. Default: the limit that applies."""
     record: bool = False
+    """True: record as a ``harmonic`` or ``static`` run; conditioning is marked as such."""
 
     def most_cycles(self) -> int:
         """Return how many cycles it can have."""
@@ -223,6 +259,7 @@ class ConditioningStep(SineOrSlow):
 
     kind: Literal["conditioning"]
     cycles: Cycles = 3
+    """Number of cycles."""
 
     def most_cycles(self) -> int:
         """Return how many cycles it has."""
@@ -238,10 +275,15 @@ class InnerLoopsStep(HarmonicRateStep):
 
     kind: Literal["inner-loops"]
     mean_mm: Annotated[SweepNumbers, bounds_of(Stroke)]
+    """List, increasing [mm]."""
     amplitude_mm: Annotated[SweepNumbers, bounds_of(Stroke)]
+    """List, increasing [mm]."""
     frequency_Hz: Frequency | None = None
+    """Of every loop: this or ``peak_speed_mm_per_s`` [Hz]."""
     peak_speed_mm_per_s: Speed | None = None
+    """Of every loop, instead of ``frequency_Hz`` [mm/s]."""
     cycles: Cycles = 2
+    """Of every loop, at full amplitude."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -22,15 +22,23 @@ class ForceCyclesStep(StepSettings):
     force_min_kN: Annotated[
         float, Field(ge=0), Within(0.0, 10_000.0, "a buffer cannot pull; above 10 MN is no stand")
     ]
+    """Lower turn, 0 or more [kN]."""
     force_max_kN: Force
+    """Upper turn; above ``force_min_kN`` by at least twice the tolerance [kN]."""
     speed_mm_per_s: Speed
+    """Of the piston, both ways [mm/s]."""
     cycles: Cycles
+    """The first begins at zero force."""
     stroke_limit_mm: Stroke | None = None
+    """Turns here at the latest [mm]. Default: that which applies."""
     tolerance_percent: Annotated[
         float,
         Field(gt=0, le=LARGEST_TOLERANCE_PERCENT),
         Within(0.0001, LARGEST_TOLERANCE_PERCENT, "finer is below the noise, wider are other cycles"),
     ] = 2.0
+    """Permitted error of a turn; at most 20. The plan notes a tolerance below 0.1 mm of the piston [% of
+    ``force_max_kN``].
+    """
 
     def motion(self, stroke_limit_mm: float) -> ForceCycles:
         """Return what the actuator does, up to the stroke limit in force [mm]."""

@@ -25,8 +25,11 @@ class RampPiece(Settings):
 
     do: Literal["ramp"]
     to_mm: StrokeFromZero | None = None
+    """Ramp to this stroke [mm]; this or ``to_kN``."""
     to_kN: Force | None = None
+    """Ramp until this force is reached [kN]."""
     speed_mm_per_s: Speed
+    """Of the ramp [mm/s]."""
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:
@@ -40,6 +43,7 @@ class HoldPiece(Settings):
 
     do: Literal["hold"]
     duration_s: Duration
+    """How long [s]."""
 
 
 class HarmonicPiece(Settings):
@@ -47,9 +51,13 @@ class HarmonicPiece(Settings):
 
     do: Literal["harmonic"]
     amplitude_mm: Stroke
+    """Half the range [mm]."""
     frequency_Hz: Frequency | None = None
+    """Either this or ``peak_speed_mm_per_s`` [Hz]."""
     peak_speed_mm_per_s: Speed | None = None
+    """Instead of ``frequency_Hz``: v = 2π f A [mm/s]."""
     cycles: Cycles = 1
+    """At full amplitude."""
 
     @model_validator(mode="after")
     def _one_rate(self) -> Self:
@@ -66,6 +74,7 @@ class ReleasePiece(Settings):
 
     do: Literal["release"]
     speed_mm_per_s: Speed | None = None
+    """Of the release [mm/s]. Default: ``release_speed_mm_per_s`` of ``[motion]``."""
 
 
 Piece = Annotated[RampPiece | HoldPiece | HarmonicPiece | ReleasePiece, Field(discriminator="do")]
@@ -76,7 +85,12 @@ class MotionStep(StepSettings):
 
     kind: Literal["motion"]
     piece: Annotated[tuple[Piece, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+    """``ramp`` to ``to_mm`` or until ``to_kN`` at ``speed_mm_per_s``; ``hold`` for ``duration_s``;
+    ``harmonic`` about the present stroke, with ``amplitude_mm``, ``frequency_Hz`` or
+    ``peak_speed_mm_per_s``, ``cycles`` (1); ``release``, optionally with ``speed_mm_per_s``.
+    """
     record: bool = True
+    """As ``harmonic`` if it contains a sine, else as ``static``."""
 
     @model_validator(mode="after")
     def _sines_know_where_they_are(self) -> Self:

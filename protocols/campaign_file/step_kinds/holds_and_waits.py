@@ -17,10 +17,15 @@ class HoldStep(StepSettings):
 
     kind: Literal["hold"]
     stroke_mm: Stroke | None = None
+    """Hold at this stroke [mm]. Without it and ``force_kN``: at zero force."""
     force_kN: Force | None = None
+    """Hold where this force is reached [kN]. If ``stroke_max_mm`` comes first, it holds there."""
     duration_s: Duration
+    """How long [s]."""
     approach_speed_mm_per_s: Speed = 1.0
+    """With ``force_kN``: speed over the last tenth of the force [mm/s]."""
     record: bool = False
+    """``true``: record as a ``static`` run."""
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
@@ -42,7 +47,9 @@ class CoolDownStep(StepSettings):
 
     kind: Literal["cool-down"]
     temperature_C: Temperature
+    """Until every specimen sensor is at or below this [°C]."""
     timeout_s: Timeout = 7200.0
+    """The campaign stops if that takes longer [s]."""
 
     def has_its_place(self) -> bool:
         """Return whether it stays although the planner sets pauses of its own; it need not."""
@@ -57,4 +64,6 @@ class TouchStep(StepSettings):
 
     kind: Literal["touch"]
     touch_force_kN: TouchForce | None = None
+    """Rise of the force at which the piston turns back [kN]. Default: that of ``[zero]``."""
     speed_mm_per_s: TouchSpeed | None = None
+    """Piston speed of the touch [mm/s]. Default: that of ``[zero]``."""

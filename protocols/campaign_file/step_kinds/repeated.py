@@ -34,7 +34,9 @@ class RepeatStep(Named):
 
     kind: Literal["repeat"]
     times: int = Field(ge=1, le=MOST_TIMES)
+    """How often, 1 to 1000."""
     step: Annotated[tuple[_Nested, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+    """``[[step.step]]``: steps of any kind but ``repeat``."""
 
     def keeps_order(self) -> bool:
         """Return whether its steps stay where they are whatever their kind: else it would repeat nothing."""

@@ -9,5 +9,6 @@ class StrokeSettings(Settings):
     """Keys of a step that say whose strokes it asks for."""
 
     compensate: bool | None = None
-    """True: the specimen's, the piston goes further by what the machine gives way; False: the piston's; None:
-    as ``[stroke]`` of the campaign says."""
+    """For this step: ``true`` the specimen's strokes, ``false`` the piston's. ``false`` is part of the plan
+    hash. Default: that of ``[stroke]``.
+    """

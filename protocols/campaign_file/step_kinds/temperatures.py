@@ -26,15 +26,19 @@ class StepTemperatureSettings(Settings):
     start_temperature_C: (
         Annotated[tuple[float, float], BeforeValidator(_as_pair), bounds_of(Temperature)] | None
     ) = None
-    """Every specimen sensor is within [lowest, highest] when it begins [°C]; None: as warm as it is."""
+    """``[lowest, highest]`` for every specimen sensor at the start. Too warm: wait at zero force. The plan
+    refuses a range below the air temperature. EN 15551: ``[15.0, 25.0]`` [°C].
+    """
     start_timeout_s: Timeout = 7200.0
-    """So long at most it waits for a specimen that is too warm [s]."""
+    """The campaign stops if cooling takes longer [s]."""
     too_cold: Literal["refuse", "run"] = "refuse"
-    """What becomes of a step whose specimen is too cold: nothing warms it by waiting."""
+    """Below the range: the plan is refused, or the campaign stops (exit status 3); put a ``warm-up`` before
+    the step. ``"run"``: run nevertheless, with a record of it.
+    """
     temperature_stop_C: Temperature | None = None
-    """The step's own temperature stop [°C]; None: that of ``[limits]``."""
+    """The step's own temperature stop [°C]. Default: that of ``[limits]``."""
     temperature_resume_C: Temperature | None = None
-    """Its own resume threshold [°C]; None: that of ``[limits]``."""
+    """Its own resume threshold [°C]. Default: that of ``[limits]``."""
 
     @model_validator(mode="after")
     def _temperatures_fit_together(self) -> Self:

@@ -18,13 +18,19 @@ class WarmUpStep(SineOrSlow):
 
     kind: Literal["warm-up"]
     temperature_C: Temperature
+    """Target; with the band it must be below the step's temperature stop [°C]."""
     band_K: Annotated[
         float, Field(gt=0), Within(0.01, 20.0, "thermometers resolve 0.06 K, and 20 K off is not warm")
     ] = 2.0
+    """Tolerance ±; the plan warns below 0.0625 K, the step of a DS18B20 [K]."""
     sensors: Literal["every", "any"] = "every"
+    """``"every"`` specimen sensor must be within the band, or ``"any"`` of them."""
     max_cycles: Cycles = 500
+    """The campaign stops if it is not warm by then."""
     soak_s: Pause = 0.0
+    """Rest at zero force before each check [s]."""
     timeout_s: Timeout = 7200.0
+    """The campaign stops if it is not warm after this time, all rests included [s]."""
 
     @model_validator(mode="after")
     def _there_is_time(self) -> Self:
