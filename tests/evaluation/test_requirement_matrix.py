@@ -1,6 +1,6 @@
 """The matrix: each record breaks one requirement or one condition, and gets that verdict and no other.
 
-Every verdict of every row of a run is compared, for each id of docs/evaluation-document.md.
+Every verdict of every row of a run is compared, for each id of docs/evaluation/requirements.md.
 """
 
 from __future__ import annotations
