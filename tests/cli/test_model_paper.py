@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from bufferstand.cli.commands.model.paper import command
 from bufferstand.foundation.errors import BadInput
 
-PAGE = Path(__file__).parents[2] / "docs" / "paper-figures.md"
+PAGE = Path(__file__).parents[2] / "docs" / "paper-comparison.md"
 NUMBER = re.compile(r"[−-]?\d+\.?\d*")
 
 

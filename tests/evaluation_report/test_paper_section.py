@@ -103,7 +103,7 @@ def test_a_simulated_run_says_what_its_agreement_is_worth(report: Made) -> None:
 
 
 def test_every_published_number_has_a_quantity_and_a_place_in_the_paper() -> None:
-    text = Path(__file__).parents[2].joinpath("docs", "paper-figures.md").read_text(encoding="utf-8")
+    text = Path(__file__).parents[2].joinpath("docs", "paper-comparison.md").read_text(encoding="utf-8")
     for one in PUBLISHED_VALUES:
         QUANTITIES.named(one.quantity)
         assert 0.0 < one.rounded_by < 0.02 * one.value
