@@ -11,7 +11,7 @@ from bufferstand.cli.beginning.answers import FURTHER, MOST_FORCE_KN, UNITS, Ans
 from bufferstand.cli.beginning.profile_text import PROFILE, SHIPPED_WIRES, further_channels, profile_text
 
 HEAD = """\
-# Stand {stand}, as `bufferstand init` wrote it; every key is explained in docs/drivers.md.
+# Stand {stand}, as `bufferstand init` wrote it; every key is explained in docs/keys.md.
 # It has a simulated twin: `bufferstand simulate-stand {file}` serves it at the address below, and
 # `bufferstand check {file}` then reads every device once.
 # For the real one: put in host and port of the controller, the serial devices, the ROMs of the thermometers,

@@ -54,6 +54,7 @@ class AcquisitionSettings(Settings):
     """Whether the device stamps its samples by a clock of its own; else they are stamped by this computer."""
 
     kind: str
+    """The kind."""
     rate_Hz: SampleRate
     """Scans a second: every channel is sampled once in each."""
 

@@ -24,14 +24,17 @@ class AmplifierSettings(Settings):
     """Whether the table of the kind's own may be left out; the record of a stand leaves it out then."""
 
     protocol: str
+    """The kind."""
     port: str = ""
     """Serial device; none for Modbus TCP."""
     baud: Baud = 38400
+    """Speed of the serial line."""
     rate_Hz: SampleRate
     """Values a second that the amplifier is set to, or asked for."""
     range_kN: CellRange
     """Force at the nominal range; the full scale of a GSV-2's 24-bit value is 1.05 times this."""
     channel: Channel
+    """What it measures."""
 
     @model_validator(mode="after")
     def _measures_force(self) -> AmplifierSettings:

@@ -82,8 +82,11 @@ class StandFacts(Settings):
     """Which stand it is."""
 
     id: str = Field(min_length=1)
+    """Short name; the operator types it before a stand moves by hand."""
     name: str = ""
+    """Name for reports."""
     laboratory: str = ""
+    """Laboratory, for reports."""
     moving_mass_kg: MovingMass | None = None
     """Mass between load cell and specimen that moves with the stroke; the evaluation corrects for it [kg]."""
     moving_mass_accuracy_percent: MassAccuracy | None = None
@@ -99,9 +102,13 @@ class StandFileLimits(Settings):
     """What the stand can stand; the controller gets force and stroke too."""
 
     force_max_kN: StandForce
+    """Greatest force of the stand [kN]."""
     stroke_max_mm: Travel
+    """Travel of the piston [mm]."""
     frequency_max_Hz: StandFrequency
+    """Greatest frequency [Hz]."""
     speed_max_mm_per_s: StandSpeed
+    """Greatest speed of the piston [mm/s]."""
     machine_stiffness_kN_per_mm: Stiffness | None = None
     """Frame, load cell and fixture in series: piston against specimen. None: not known, taken for rigid."""
     force_speed: (
@@ -144,19 +151,27 @@ class _ControllerTable(Settings):
     kind: str = REGISTERS
     """Which kind of controller; each but the first has a table of its own, ``[controller.KIND]``."""
     profile: str = "ring"
+    """Register profile: ``ring``, ``polling``, ``rmc``, or a path ending in ``.toml``."""
     host: str = ""
+    """Address, for Modbus TCP."""
     port: int = Field(default=502, ge=1, le=65535)
+    """Port of Modbus TCP."""
     serial: str = ""
     """Serial device of a controller on Modbus RTU, instead of ``host``."""
     baud: Baud = 19200
+    """Speed of the serial line."""
     parity: Literal["none", "even", "odd"] = "even"
+    """Parity of the serial line."""
     stop_bits: Literal[1, 2] = 1
+    """Stop bits of the serial line."""
     device_id: int = Field(default=1, ge=0, le=255)
+    """Unit number."""
     timeout_s: ReplyTime = 0.5
     """Longest wait for one reply [s]."""
     watchdog_s: Watchdog = 2.0
     """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
     channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
+    """What it measures."""
 
     @model_validator(mode="before")
     @classmethod

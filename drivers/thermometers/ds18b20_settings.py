@@ -26,6 +26,7 @@ class Ds18b20Sensor(ThermometerSensor):
     )
     """As the kernel names it: ``28-`` and 12 lower-case hex digits."""
     calibration: Calibration = NOMINAL
+    """How counts become a value."""
 
     @property
     def device(self) -> str:
@@ -49,6 +50,7 @@ class OneWireSettings(ThermometerSettings):
     parasite: bool = False
     """Whether sensors without a supply wire hang on the adapter: strong pull-up while they convert."""
     sensor: tuple[Ds18b20Sensor, ...] = Field(min_length=1)
+    """``[[temperature.sensor]]``: its sensors."""
 
     @model_validator(mode="after")
     def _port_of_the_adapter(self) -> OneWireSettings:

@@ -19,10 +19,15 @@ class ThermometerSensor(Settings):
 
     name: str = Field(pattern=r"^temperature_[1-9][0-9]*$", description="e.g. “temperature_1”")
     place: str = Field(min_length=1)
+    """Where it is, for reports and messages."""
     role: Literal["specimen", "ambient"] = "specimen"
+    """Whether it is on the specimen, and stops the stand, or in the air."""
     delay_s: SensorDelay = 0.0
+    """Measured delay of filter and conversion: a value was true so long before its time stamp [s]."""
     calibration: Calibration
+    """How counts become a value."""
     uncertainty: ChannelUncertainty = ChannelUncertainty()
+    """Limits of its errors."""
 
     @model_validator(mode="after")
     def _is_a_channel(self) -> ThermometerSensor:
@@ -59,9 +64,11 @@ class ThermometerSettings(Settings):
     """A device of thermometers; a kind narrows ``kind`` to its name and ``sensor`` to its sensors."""
 
     kind: str
+    """The kind."""
     period_s: SensorPeriod = 1.0
     """Time between two readings of a sensor [s]."""
     sensor: tuple[ThermometerSensor, ...] = Field(min_length=1)
+    """``[[temperature.sensor]]``: its sensors."""
 
     @field_validator("sensor", mode="before")
     @classmethod

@@ -142,11 +142,15 @@ class Calibration(Settings):
     """
 
     id: str = "nominal"
+    """Short name, for run files and reports."""
     coefficients: Annotated[Numbers, Figure] = Field(default=(0.0, 1.0), min_length=1)
     """Polynomial of the input, lowest power first; with ``falling`` the rising branch."""
     certificate: str = ""
+    """Number of the certificate."""
     date: Day | None = None
+    """Day of the calibration."""
     valid_until: Day | None = None
+    """Last day of its validity."""
 
     zero_counts: Annotated[float, Counts] = 0.0
     """Counts at zero input: what it shows with nothing on it."""
@@ -163,6 +167,9 @@ class Calibration(Settings):
     turn_counts: Annotated[float, Counts] = Field(default=0.0, ge=0)
     """Counts of reversal over which the value moves from one branch to the other."""
     temperature: TemperatureEffect | None = None
+    """Effect of the temperature: ``tk0_percent_per_10K`` (of ``nominal``), ``tkc_percent_per_10K`` (of the
+    value), ``reference_C``, ``at_C``.
+    """
     tare: Annotated[float, Within(-10_000.0, 10_000.0, "more than any channel of a stand shows")] = 0.0
     """Subtracted at the end, in the channel's unit."""
 

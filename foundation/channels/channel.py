@@ -109,14 +109,21 @@ class Channel(Settings):
         pattern=r"^[a-z][a-z0-9_]*$", description="small letters, digits and _, e.g. “stroke_1”"
     )
     quantity: Quantity
+    """What is measured."""
     unit: str
+    """Unit of the value."""
     place: str = ""
+    """Where it is, for reports and messages."""
     delay_s: Annotated[
         float, Within(-0.1, 0.5, "a channel that comes later follows no cycle; 0.1 s before is another clock")
     ] = 0.0
+    """Measured delay of filter and conversion: a value was true so long before its time stamp [s]."""
     calibration: Calibration = Calibration()
+    """How counts become a value."""
     uncertainty: ChannelUncertainty = ChannelUncertainty()
+    """Limits of its errors."""
     plausible: Plausibility | None = None
+    """What the channel can show: ``counts``, ``overload``, ``rate_per_s``."""
 
     @model_validator(mode="after")
     def _drifts(self) -> Channel:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from bufferstand.cli.commands.schema import schema_of
 
 HEAD = """\
-# Every key of campaign and specimen files
+# Every key of campaign, specimen and stand files
 
 Made from the schemas by `python -m tests.docs.keys_page`; a test compares it. “–” as default: nothing, or
 what the last column says. The [bounds](bounds.md) of every number are on a page of their own.
@@ -34,11 +35,13 @@ def default(entry: dict[str, Any], required: bool) -> str:
     value = entry.get("default")
     if required:
         return "required"
-    if value is None or value == "" or isinstance(value, dict):
+    if value is None or value in ("", []) or isinstance(value, dict):
         return "–"
     if isinstance(value, bool):
         return f"`{str(value).lower()}`"
-    return f'`"{value}"`' if isinstance(value, str) else f"{value:g}"
+    if isinstance(value, list | str):
+        return f"`{json.dumps(value, ensure_ascii=False)}`"
+    return f"{value:g}"
 
 
 def rows(schema: dict[str, Any], without: tuple[str, ...] = ()) -> Iterator[str]:
@@ -49,9 +52,11 @@ def rows(schema: dict[str, Any], without: tuple[str, ...] = ()) -> Iterator[str]
         if key in without or "const" in entry:
             continue
         text = " ".join(BOUNDS.sub("", entry.get("description", "")).replace("``", "`").split())
-        missing = [f'`"{word}"`' for word in values(entry) if word and f'"{word}"' not in text]
+        missing = [f"`{json.dumps(word)}`" for word in values(entry) if word and f'"{word}"' not in text]
         if missing and not any(str(word) in text for word in values(entry)):
             text = f"{text.rstrip('.')}. One of {', '.join(missing)}.".lstrip(". ")
+        if not text and any("$ref" in one for one in (entry, *entry.get("anyOf", ()))):
+            text = "A table of its own, below."
         if not text:
             raise LookupError(f"{key} of {schema['title']} has no description")
         cell = text.replace("|", chr(92) + "|")
@@ -92,10 +97,35 @@ def steps() -> Iterator[str]:
             yield from table(f"A piece `{schema['properties']['do']['const']}`", schema)
 
 
+HEADINGS = {
+    "Channel": "A channel",
+    "Calibration": "`calibration` of a channel",
+    "ChannelUncertainty": "`uncertainty` of a channel",
+    "Plausible": "`plausible` of a channel",
+    "ChangeCodes": "`change` of an RMC",
+}
+"""Names of tables whose description says how they are meant, not where they stand."""
+
+
+def instruments() -> Iterator[str]:
+    """Yield what stands inside of a stand file's tables: each kind of device, channel and calibration."""
+    for name, schema in sorted(schema_of("stand")["$defs"].items()):
+        keys = schema.get("properties", {})
+        if not keys or name in {"StandFacts", "StandFileLimits", "ControllerSettings", "Figures"}:
+            continue
+        named = [(key, keys[key]["const"]) for key in ("protocol", "kind") if "const" in keys.get(key, {})]
+        tags = [f'`{key} = "{value}"`' for key, value in named]
+        about = schema.get("description", name).split("\n\n")[0].replace("``", "`")
+        heading = " ".join(about.split()).rstrip(".").partition(": ")[0].partition(";")[0]
+        heading = HEADINGS.get(name, heading)
+        yield from table(f"{tags[0]}: {heading}" if tags and tags[0] not in heading else heading, schema)
+
+
 def page() -> str:
     """Return the page."""
     lines = [HEAD, "## Campaign file", *tables("campaign"), "\n## Steps", *steps()]
-    return "\n".join([*lines, "\n## Specimen file", *tables("specimen")]) + "\n"
+    lines += ["\n## Specimen file", *tables("specimen"), "\n## Stand file", *tables("stand"), *instruments()]
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

@@ -58,10 +58,15 @@ class LabJackSettings(AcquisitionSettings):
     """A LabJack T7 or T8."""
 
     kind: Literal["labjack"]
+    """The kind."""
     model: Literal["T7", "T8"]
+    """``T7`` or ``T8``; another one that answers is refused."""
     host: str = Field(min_length=1)
+    """Address."""
     port: int = Field(default=502, ge=1, le=65535)
+    """Port of Modbus TCP."""
     stream_port: int = Field(default=702, ge=1, le=65535)
+    """Port of its packets."""
     timeout_s: ReplyTime = 0.5
     """Longest wait for one reply [s]."""
     delivery: Literal["packets", "requests"] = "packets"
@@ -84,6 +89,7 @@ class LabJackSettings(AcquisitionSettings):
     stop_level: Literal["low", "high"] = "low"
     """Level of that line that asks for a stop; the other one is set at the start."""
     input: Annotated[tuple[LabJackInput, ...], BeforeValidator(_as_tuple)]
+    """``[[acquisition.input]]``: its inputs."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:

@@ -34,19 +34,25 @@ class ModbusIoSettings(AcquisitionSettings):
     own_clock: ClassVar[bool] = False
 
     kind: Literal["modbus-io"]
+    """The kind."""
     description: str = Field(min_length=1)
     """A shipped description's name, or a path of a TOML file."""
     answers: GivenAnswers = Field(default_factory=dict)
     """What the device's documents do not say and the description asks, by its keys."""
     host: str = ""
+    """Address, for Modbus TCP."""
     port: int = Field(default=502, ge=1, le=65535)
     """Of Modbus TCP."""
     serial: str = ""
     """Serial device: Modbus RTU instead."""
     baud: Baud = 19200
+    """Speed of the serial line."""
     parity: Literal["none", "even", "odd"] = "even"
+    """Parity of the serial line."""
     stop_bits: Literal[1, 2] = 1
+    """Stop bits of the serial line."""
     device_id: int = Field(default=1, ge=0, le=255)
+    """Unit number."""
     timeout_s: ReplyTime = 0.5
     """Longest wait for one reply [s]."""
     stamp_within_s: (
@@ -55,6 +61,7 @@ class ModbusIoSettings(AcquisitionSettings):
     """Half of a poll's duration that is let pass [s]: a value is stamped with the middle of its poll. A
     slower poll is a gap. Without it a quarter of the period."""
     input: Annotated[tuple[IoInput, ...], BeforeValidator(_as_tuple)] = Field(min_length=1)
+    """``[[acquisition.input]]``: its inputs."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:

@@ -19,6 +19,7 @@ class AedSettings(Settings):
     address: int | None = Field(default=None, ge=0, le=89)
     """Address on a bus of several (command S..); the amplifier is asked for each value then."""
     parity: Literal["none", "even"] = "even"
+    """Parity of the serial line."""
     top_rate_Hz: Annotated[float, Field(gt=0), Within(1.0, 100_000.0, "no AED is slower or faster")] = 100.0
     """Values a second at ICR 0: 100 for an AD104, 600 for an AD101B; each further ICR halves it."""
     net: bool = False
@@ -51,7 +52,9 @@ class AedAmplifierSettings(AmplifierSettings):
     """An entry ``protocol = "aed"``."""
 
     protocol: Literal["aed"]
+    """The kind."""
     aed: AedSettings = AedSettings()
+    """Its own settings."""
 
     @model_validator(mode="after")
     def _on_a_line(self) -> AedAmplifierSettings:

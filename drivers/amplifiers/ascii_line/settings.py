@@ -21,13 +21,16 @@ class LineTable(Settings):
     answers: GivenAnswers = Field(default_factory=dict)
     """What the description asks, by its keys."""
     parity: Literal["none", "even"] = "none"
+    """Parity of the serial line."""
 
 
 class AsciiLineSettings(AmplifierSettings):
     """An entry ``protocol = "ascii-line"`` of ``[[amplifier]]``."""
 
     protocol: Literal["ascii-line"]
+    """The kind."""
     line: LineTable
+    """Its description and the answers to it."""
 
     @model_validator(mode="after")
     def _on_a_line(self) -> AsciiLineSettings:
@@ -39,13 +42,17 @@ class AsciiLineSensorSettings(Settings):
     """An entry ``kind = "ascii-line"`` of ``[[sensor]]``: a sensor of any quantity that speaks lines."""
 
     kind: Literal["ascii-line"]
+    """The kind."""
     port: str = ""
     """Serial device."""
     baud: Baud = 9600
+    """Speed of the serial line."""
     rate_Hz: SampleRate
     """Values a second that it sends, or is asked for."""
     channel: Channel
+    """What it measures."""
     line: LineTable
+    """Its description and the answers to it."""
 
     @model_validator(mode="after")
     def _on_a_line(self) -> AsciiLineSensorSettings:

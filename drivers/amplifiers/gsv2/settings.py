@@ -47,7 +47,9 @@ class Gsv2AmplifierSettings(AmplifierSettings):
     """An entry ``protocol = "gsv2"``."""
 
     protocol: Literal["gsv2"]
+    """The kind."""
     gsv2: Gsv2Settings = Gsv2Settings()
+    """Its own settings."""
 
     @model_validator(mode="after")
     def _on_a_line(self) -> Gsv2AmplifierSettings:

@@ -18,14 +18,18 @@ class ChangeCodes(Settings):
     """
 
     amplitude: Annotated[int, Field(ge=0, le=20)]
+    """Code of the amplitude."""
     offset: Annotated[int, Field(ge=0, le=20)]
+    """Code of the offset."""
     ramp_cycles: Annotated[int, Field(ge=0, le=20)]
+    """Cycles over which the change goes."""
 
 
 class RmcSettings(Settings):
     """An RMC75 or RMC150 with the watchdog program; what its documents leave open has no default."""
 
     model: Literal["rmc75", "rmc150"]
+    """``rmc75`` or ``rmc150``."""
     axis: Annotated[int, Field(ge=0, le=15)]
     """The position axis, in mm, compression positive, 0 at first contact."""
     plot: Annotated[int, Field(ge=0, le=7)]
