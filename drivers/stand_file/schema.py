@@ -171,7 +171,7 @@ class _ControllerTable(Settings):
     watchdog_s: Watchdog = 2.0
     """The controller ramps to zero force by itself after this long without a heartbeat [s]."""
     channel: Annotated[tuple[Channel, ...], BeforeValidator(_as_tuple)]
-    """What it measures."""
+    """``[[controller.channel]]``: what it samples."""
 
     @model_validator(mode="before")
     @classmethod
