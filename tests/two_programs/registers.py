@@ -1,4 +1,4 @@
-"""The register table of docs/drivers.md once more, by hand, and a Modbus TCP client that can only read.
+"""The register table of docs/registers.md once more, by hand, and a Modbus TCP client that can only read.
 
 Bare sockets and ``struct``: neither pymodbus nor a driver of this project, so that what both sides of the
 project take for granted is not taken for granted here.
