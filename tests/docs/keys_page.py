@@ -10,7 +10,7 @@ from typing import Any
 from bufferstand.cli.commands.schema import schema_of
 
 HEAD = """\
-# Every key of campaign, specimen and stand files
+# Every key of campaign, specimen, stand and report files
 
 Made from the schemas by `python -m tests.docs.keys_page`; a test compares it. “–” as default: nothing, or
 what the last column says. The [bounds](bounds.md) of every number are on a page of their own.
@@ -125,6 +125,7 @@ def page() -> str:
     """Return the page."""
     lines = [HEAD, "## Campaign file", *tables("campaign"), "\n## Steps", *steps()]
     lines += ["\n## Specimen file", *tables("specimen"), "\n## Stand file", *tables("stand"), *instruments()]
+    lines += ["\n## Report file", *table("`report.toml`", schema_of("report"))]
     return "\n".join(lines) + "\n"
 
 

@@ -33,12 +33,17 @@ class ReportFields(Settings):
     number_register: str = ""
     """The CSV file in which the numbers of the range are written down, relative to this file."""
     laboratory: str = ""
+    """Name of the laboratory; else that of the stand file."""
     laboratory_address: str = ""
+    """Its address."""
     country: CountryCode | None = None
     """Country of the laboratory, two capital letters (ISO 3166-1); the digital report states it."""
     place_of_test: str = ""
+    """Where it was tested."""
     customer: str = ""
+    """Name of the customer; else that of the specimen file."""
     customer_address: str = ""
+    """Address of the customer."""
     method: str = ""
     """Test method with edition and procedure version."""
     received: Day | None = None
@@ -46,14 +51,19 @@ class ReportFields(Settings):
     specimen_condition: str = ""
     """What state it was in: damage, wear, completeness (7.8.2.1 g)."""
     issued: Day | None = None
+    """When the report was issued."""
     tested_by: str = ""
+    """Who tested; else the operator of the runs."""
     checked_by: str = ""
+    """Who checked."""
     authorised_by: str = ""
+    """Who authorised."""
     sampling: str = ""
     """Sampling plan, where it bears on the results."""
     deviations: _Lines = ()
     """Additions to, deviations or exclusions from the method."""
     remarks: _Lines = ()
+    """Remarks."""
     not_tested: _Lines = ()
     """What of the method was not tested, and why, beyond what the runs themselves show."""
     external_results: _Lines = ()
@@ -89,6 +99,7 @@ class ReportFields(Settings):
     amends_issued: Day | None = None
     """When that one was issued."""
     amendment_reason: str = ""
+    """Why it was replaced."""
     amendment_changes: _Lines = ()
     """What is different from that one."""
 
