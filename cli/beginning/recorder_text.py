@@ -21,7 +21,7 @@ force_max_kN = {force_max_kN}
 stroke_max_mm = {stroke_max_mm}
 
 [[acquisition]]
-kind = "labjack"                 # docs/how-to/connect-a-labjack.md explains every key
+kind = "labjack"                 # docs/keys.md explains every key
 model = "T7"
 host = {host}
 port = {port}

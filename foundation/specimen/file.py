@@ -49,7 +49,7 @@ class Specimen(Settings):
     description: str = ""
     """Printed in the report."""
     model: str | None = None
-    """Path of its spring model, from the folder of this file. Plan and guards expect force and heat by it.
+    """Path of the spring model, from the folder of this file. Plan and guards expect force and heat by it.
     """
 
 
