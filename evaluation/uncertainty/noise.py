@@ -30,6 +30,7 @@ from bufferstand.evaluation.numerics import (
     without_lines,
 )
 from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.uncertainty.hum_at_rests import lines_at_rests
 
 BLOCKS_A_CYCLE = 64
 """Means over blocks count while a cycle has so many: fifth differences of a loop's fifth harmonic leave 1e-5
@@ -54,6 +55,8 @@ _LEAST_FREEDOM = 16
 _MOST_SAMPLES = 2**16
 _ROWS, _ROW = 4, 2**14
 """Of a longer record so many stretches of so many samples are looked at."""
+_SHORT = 128
+"""Samples of a stretch in which hum of rests has one phase."""
 
 
 _LEAST_REST, _MOST_REST, _LEAST_PIECES = 64, 2048, 4
@@ -230,6 +233,9 @@ def _spectrum(
     cycle_s = min(lengths_s)
     rows = _stretches(values)
     lines = lines_of(rows, step_s, cycle_s, float(np.median(lengths_s)))
+    if not lines and (lines := lines_at_rests(time_s, values, cycles, step_s)):
+        # The mains is not so even that its phase is known from one rest to the next.
+        rows = rows[:, : rows.shape[1] // _SHORT * _SHORT].reshape(-1, _SHORT)
     if lines:
         rows = without_lines(rows, step_s, lines)
         sigma = noise_sigma(rows.ravel())
