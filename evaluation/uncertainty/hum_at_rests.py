@@ -78,7 +78,9 @@ def _rests(time_s: FloatArray, cycles: Sequence[Cycle], step_s: float) -> list[s
         for first, last in np.searchsorted(time_s, ends_s).tolist()
         if last - first >= _LEAST_REST
     ]
-    even = [p for p in rows if time_s[p.stop - 1] - time_s[p.start] <= _EVEN * (p.stop - p.start - 1) * step_s]
+    even = [
+        p for p in rows if time_s[p.stop - 1] - time_s[p.start] <= _EVEN * (p.stop - p.start - 1) * step_s
+    ]
     longest = max((p.stop - p.start for p in even), default=0)
     return [p for p in even if p.stop - p.start >= _OF_LONGEST * longest]
 

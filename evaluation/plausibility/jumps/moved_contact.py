@@ -27,6 +27,9 @@ _RELEASED = 0.05
 """Before the stroke the force is below this share of its range: else it is not met there."""
 _SAME_REST = 0.2
 """Rest forces that differ by this part of what the branch moves by are of a force whose zero moved."""
+_MET, _MET_EVEN = 0.03, 0.5
+"""At this share of the greatest force the specimen has just been met: that place has moved, too, within this
+part. A gain that grew moves a branch that bends upwards almost alike, but not where it begins."""
 _FORCES = np.linspace(0.1, 0.9, 17)
 _FEWEST = 12
 _TENTH = 0.1
@@ -78,18 +81,20 @@ def _is_met(look: RunView, own: Pass) -> bool:
 def _moved_mm(look: RunView, before: tuple[HalfCycle, Pass], after: tuple[HalfCycle, Pass]) -> float | None:
     """Return by how much the branch moved along the stroke, alike at all its forces; None: it did not."""
     highest_kN = min(float(np.max(own.force_kN)) for _, own in (before, after))
-    forces_kN = _FORCES * highest_kN
+    forces_kN = np.append(_FORCES, _MET) * highest_kN
     one_mm, two_mm = (_places_mm(own, forces_kN) for _, own in (before, after))
-    moved_mm = two_mm - one_mm
-    low, middle, high = (quantile(moved_mm, part) for part in (_TENTH, 0.5, 1.0 - _TENTH))
-    uneven = high - low > EVEN * abs(middle)
+    *moved_mm, met_mm = two_mm - one_mm
+    low, middle, high = (quantile(np.array(moved_mm), part) for part in (_TENTH, 0.5, 1.0 - _TENTH))
+    uneven = high - low > EVEN * abs(middle) or abs(met_mm - middle) > _MET_EVEN * abs(middle)
     if abs(middle) < SHARE * look.stroke.span:
         return middle  # nothing that counts, even or not: softening, a set
-    slope = median(np.diff(forces_kN) / np.maximum(np.diff(one_mm), 1e-9))
+    slope = median(np.diff(forces_kN[:-1]) / np.maximum(np.diff(one_mm[:-1]), 1e-9))
     rest_kN = float(after[1].force_kN[0] - before[1].force_kN[0])
     shifted = abs(rest_kN) > _SAME_REST * slope * abs(middle)
     lasts_s = [way.end_s - way.start_s for way, _ in (before, after)]
-    mean_mm_per_s = [float(np.ptp(own.stroke_mm)) / s for s, (_, own) in zip(lasts_s, (before, after), strict=True)]
+    mean_mm_per_s = [
+        float(np.ptp(own.stroke_mm)) / s for s, (_, own) in zip(lasts_s, (before, after), strict=True)
+    ]
     if uneven or shifted or max(mean_mm_per_s) > (1.0 + SPEEDS) * min(mean_mm_per_s):
         return None
     return middle
@@ -103,7 +108,7 @@ def _places_mm(own: Pass, forces_kN: FloatArray) -> FloatArray:
 
 def _finding(look: RunView, before: Cycle, after: Cycle, moved_mm: float) -> Finding:
     from_s, to_s = before.top.time_s, float(look.stroke.time_s[-1])
-    name = look.stroke.name if len(look.strokes) > 1 else look.strokes[0].name
+    name = look.strokes[0].name if len(look.strokes) == 1 else look.stroke.name
     text = (
         f"{name} jumps between strokes {before.index} and {after.index}: the specimen is met "
         f"{abs(moved_mm):.3g} mm earlier, and all of the way in has moved by as much, which no specimen "
