@@ -9,6 +9,7 @@ from . import study
 KNOWN = [
     pytest.param(700558, None, id="a wire slips where the stroke has blanks: forces at wrong places failed"),
     pytest.param(700534, None, id="a wire slips as fast as the motion in a log by event: not named"),
+    pytest.param(1100134, None, id="a wire slips on a way in, logged at a fifth of the rate: not named"),
     pytest.param(671346, None, id="a late force shows first contact too high: a residual stroke passed"),
     pytest.param(671434, None, id="hum folded to 2.8 Hz, no accuracy stated: a preload failed"),
     pytest.param(1063052, "zero-off", id="noise hides a preload and a zero that is 2 mm off: forces passed"),

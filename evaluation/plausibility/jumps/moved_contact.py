@@ -21,7 +21,7 @@ SHARE, RECOVERED = 0.02, 0.04
 recovers …"""
 EVEN = 0.25
 """… alike all along within this part of it: a force that is greater by a share moves its upper end most."""
-SPEEDS = 0.25
+SPEEDS, _PART = 0.25, (0.2, 0.9)
 """Strokes whose mean speeds differ by more are not alike: a damper is stiffer when it is moved faster."""
 _RELEASED = 0.05
 """Before the stroke the force is below this share of its range: else it is not met there."""
@@ -56,18 +56,19 @@ def contact_moved(look: RunView) -> Finding | None:
     for at, own in enumerate(passes):
         if not _is_met(look, own):
             continue
-        before = max(places, default=None)
-        if before is None:
+        # The zero may be lost on a way in, which then is like none: the one behind it is held against others.
+        for before in sorted(places, reverse=True):
+            moved_mm = _moved_mm(look, (ways[before], passes[before]), (ways[at], own))
+            if moved_mm is None:
+                continue
+            rest_s = ways[at].start_s - cycles[before].end.time_s
+            share = RECOVERED if rest_s > RECOVERS_S else SHARE
+            if places[before] + moved_mm < min(places.values()) - share * look.stroke.span:
+                return _finding(look, cycles[before], cycles[at], moved_mm)
+            places[at] = places[before] + moved_mm
+            break
+        if not places:
             places[at] = 0.0
-            continue
-        moved_mm = _moved_mm(look, (ways[before], passes[before]), (ways[at], own))
-        if moved_mm is None:
-            continue
-        places[at] = places[before] + moved_mm
-        rest_s = ways[at].start_s - cycles[before].end.time_s
-        share = RECOVERED if rest_s > RECOVERS_S else SHARE
-        if places[at] < min(places[one] for one in places if one != at) - share * look.stroke.span:
-            return _finding(look, cycles[before], cycles[at], moved_mm)
     return None
 
 
@@ -86,18 +87,26 @@ def _moved_mm(look: RunView, before: tuple[HalfCycle, Pass], after: tuple[HalfCy
     *moved_mm, met_mm = two_mm - one_mm
     low, middle, high = (quantile(np.array(moved_mm), part) for part in (_TENTH, 0.5, 1.0 - _TENTH))
     uneven = high - low > EVEN * abs(middle) or abs(met_mm - middle) > _MET_EVEN * abs(middle)
-    if abs(middle) < SHARE * look.stroke.span:
+    if float(np.max(np.abs(moved_mm))) < SHARE * look.stroke.span:
         return middle  # nothing that counts, even or not: softening, a set
     slope = median(np.diff(forces_kN[:-1]) / np.maximum(np.diff(one_mm[:-1]), 1e-9))
     rest_kN = float(after[1].force_kN[0] - before[1].force_kN[0])
     shifted = abs(rest_kN) > _SAME_REST * slope * abs(middle)
-    lasts_s = [way.end_s - way.start_s for way, _ in (before, after)]
-    mean_mm_per_s = [
-        float(np.ptp(own.stroke_mm)) / s for s, (_, own) in zip(lasts_s, (before, after), strict=True)
-    ]
-    if uneven or shifted or max(mean_mm_per_s) > (1.0 + SPEEDS) * min(mean_mm_per_s):
+    speeds = [_mean_mm_per_s(look, way, own) for way, own in (before, after)]
+    if uneven or shifted or max(speeds) > (1.0 + SPEEDS) * min(speeds):
         return None
     return middle
+
+
+def _mean_mm_per_s(look: RunView, way: HalfCycle, own: Pass) -> float:
+    """Return how fast a way in passes through most of its range [mm/s], without what rests at its ends."""
+    rows = look.stroke.rows(way.start_s, way.end_s)
+    rising = np.maximum.accumulate(look.stroke.value[rows])
+    span_mm = float(np.ptp(own.stroke_mm))
+    first, last = np.searchsorted(rising, own.stroke_mm[0] + np.array(_PART) * span_mm).tolist()
+    times_s = look.stroke.time_s[rows]
+    lasts_s = float(times_s[min(last, times_s.size - 1)] - times_s[first])
+    return (_PART[1] - _PART[0]) * span_mm / max(lasts_s, 1e-9)
 
 
 def _places_mm(own: Pass, forces_kN: FloatArray) -> FloatArray:

@@ -53,3 +53,15 @@ def test_a_zero_that_is_lost_without_a_leap_is_found_by_where_the_specimen_is_me
 )
 def test_what_specimens_do_is_no_lost_zero(by_mm: float, gain: float) -> None:
     assert [one for one in _run(by_mm, gain).findings if one.kind == "stroke-jump"] == []
+
+
+def test_a_specimen_that_recovers_from_a_set_is_no_lost_zero() -> None:
+    time, stroke, force = TEST.columns()
+    second = (time > SLIPS_S) & (time <= SLIPS_S + STROKE_S)
+    ways = np.clip((time - SLIPS_S) / LASTS_S, 0.0, 1.0) * np.clip(
+        (SLIPS_S + STROKE_S - time) / LASTS_S, 0.0, 1.0
+    )
+    assert np.all(ways[~second] == 0.0)
+    facts = RunFacts("static-1", "static", specimen=BUFFER, started=STARTED, **TIGHT)
+    run = evaluate_run(make_record(time, stroke + 4.0 * ways, force), facts, Options(draws=100))
+    assert [one for one in run.findings if one.kind == "stroke-jump"] == []
