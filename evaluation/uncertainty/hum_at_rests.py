@@ -12,7 +12,7 @@ import numpy as np
 
 from bufferstand.evaluation.cycles import EASED_S
 from bufferstand.evaluation.facts import Cycle
-from bufferstand.evaluation.numerics import FloatArray, HumLine
+from bufferstand.evaluation.numerics import FloatArray, HumLine, without_lines
 from bufferstand.foundation.numbers import median
 
 _LEAST_REST, _MOST_REST = 64, 4096
@@ -30,6 +30,13 @@ _ABOVE = 40.0
 _NEAR, _FAR = 3, 12
 """… from so many waves in a rest more or less, to so many."""
 _MOST_LINES = 3
+_SHORT, _PERIODS = 128, 8
+"""Samples, and periods of the hum, of a stretch in which its phase is looked for by itself: no rest shows a
+frequency so well that its phase is known in the next one."""
+_SEEN, _ORDER = 0.05, 5
+"""Differences of this order leave so much of a wave that its phase can be told from them."""
+_SLOWER, _FASTER = 2.5, 4.0
+"""Differences of means that see frequencies from so many times slower to so many times faster see a wave."""
 
 
 def lines_at_rests(
@@ -65,6 +72,52 @@ def lines_at_rests(
         if len(found) == _MOST_LINES:
             break
     return tuple(_line(rests, step_s, float(frequency_Hz[at])) for at in found)
+
+
+def without_resting_lines(rows: FloatArray, step_s: float, lines: Sequence[HumLine]) -> FloatArray:
+    """Return samples less hum that rests show, where differences show its phase; else as they are.
+
+    Parameters
+    ----------
+    rows : array, shape (R, L)
+        Even samples of stretches of the record.
+    step_s : float
+        Distance of the samples [s].
+    lines : sequence of HumLine
+    """
+    if not lines or not _phase_is_seen(lines, step_s):
+        return rows
+    slowest_Hz = min(line.frequency_Hz for line in lines)
+    stretch = min(rows.shape[1], max(_SHORT, round(_PERIODS / (slowest_Hz * step_s))))
+    rows = rows[:, : rows.shape[1] // stretch * stretch]
+    return without_lines(rows.reshape(-1, stretch), step_s, lines).reshape(rows.shape)
+
+
+def beside_lines(
+    points: list[tuple[float, float]], step_s: float, lines: Sequence[HumLine]
+) -> list[tuple[float, float]]:
+    """Return the densities that hum which could not be taken out has no part in, or the fastest one.
+
+    Parameters
+    ----------
+    points : list of (float, float)
+        Frequencies, rising, and densities.
+    step_s : float
+        Distance of the samples [s].
+    lines : sequence of HumLine
+    """
+    if not lines or _phase_is_seen(lines, step_s):
+        return points
+    clear = [
+        point
+        for point in points
+        if all(not 1.0 / _SLOWER < point[0] / line.frequency_Hz < _FASTER for line in lines)
+    ]
+    return clear or points[-1:]
+
+
+def _phase_is_seen(lines: Sequence[HumLine], step_s: float) -> bool:
+    return all(abs(2.0 * np.sin(np.pi * line.frequency_Hz * step_s)) ** _ORDER >= _SEEN for line in lines)
 
 
 def _rests(time_s: FloatArray, cycles: Sequence[Cycle], step_s: float) -> list[slice]:

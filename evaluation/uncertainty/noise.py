@@ -30,7 +30,11 @@ from bufferstand.evaluation.numerics import (
     without_lines,
 )
 from bufferstand.evaluation.record import Record
-from bufferstand.evaluation.uncertainty.hum_at_rests import lines_at_rests
+from bufferstand.evaluation.uncertainty.hum_at_rests import (
+    beside_lines,
+    lines_at_rests,
+    without_resting_lines,
+)
 
 BLOCKS_A_CYCLE = 64
 """Means over blocks count while a cycle has so many: fifth differences of a loop's fifth harmonic leave 1e-5
@@ -55,8 +59,6 @@ _LEAST_FREEDOM = 16
 _MOST_SAMPLES = 2**16
 _ROWS, _ROW = 4, 2**14
 """Of a longer record so many stretches of so many samples are looked at."""
-_SHORT = 128
-"""Samples of a stretch in which hum of rests has one phase."""
 
 
 _LEAST_REST, _MOST_REST, _LEAST_PIECES = 64, 2048, 4
@@ -233,13 +235,11 @@ def _spectrum(
     cycle_s = min(lengths_s)
     rows = _stretches(values)
     lines = lines_of(rows, step_s, cycle_s, float(np.median(lengths_s)))
-    if not lines and (lines := lines_at_rests(time_s, values, cycles, step_s)):
-        # The mains is not so even that its phase is known from one rest to the next.
-        rows = rows[:, : rows.shape[1] // _SHORT * _SHORT].reshape(-1, _SHORT)
-    if lines:
-        rows = without_lines(rows, step_s, lines)
+    resting = () if lines else lines_at_rests(time_s, values, cycles, step_s)
+    rows = without_lines(rows, step_s, lines) if lines else without_resting_lines(rows, step_s, resting)
+    if lines := lines or resting:
         sigma = noise_sigma(rows.ravel())
-    fast = _by_differences(rows, step_s, cycle_s, sigma)
+    fast = beside_lines(_by_differences(rows, step_s, cycle_s, sigma), step_s, resting)
     slow = _by_cycles(time_s, values, cycles, lines)
     lowest = fast[0][0] if slow else np.inf
     both = [point for point in slow if point[0] < lowest] + fast
