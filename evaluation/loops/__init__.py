@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from bufferstand.evaluation.loops.branches import (
         Branches,
     )
+    from bufferstand.evaluation.loops.contact_bounds import (
+        by_force_at_rest,
+        by_ways_out,
+    )
     from bufferstand.evaluation.loops.cut import (
         CutLoops,
         LoopStack,
@@ -37,6 +41,8 @@ __all__ = [
     "CutLoops",
     "InertiaForce",
     "LoopStack",
+    "by_force_at_rest",
+    "by_ways_out",
     "correct_inertia",
     "cut_loop",
     "cut_loops",

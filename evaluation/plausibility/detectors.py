@@ -6,12 +6,12 @@ Each detector is a pure function from a :class:`RunView` to findings, in a modul
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from bufferstand.evaluation.facts import Finding
 from bufferstand.evaluation.plausibility.cycle_outliers import unlike_cycles
-from bufferstand.evaluation.plausibility.invalid_samples import codes, spikes
+from bufferstand.evaluation.plausibility.invalid_samples import codes, spike_rows, spikes
 from bufferstand.evaluation.plausibility.jumps import (
     jumps,
     jumps_in_metres,
@@ -78,8 +78,14 @@ def look_for_implausible(look: RunView) -> tuple[Finding, ...]:
     return tuple(replace(f, effect="noted") if f.channel in look.out else f for f in found)
 
 
-def _as_it_moves(look: RunView, found: Iterable[Finding]) -> RunView:
-    """Return a run without the steps that held samples make, and with what is known of a frozen channel."""
+def _as_it_moves(look: RunView, found: Sequence[Finding]) -> RunView:
+    """Return a run without the steps that held samples make and the spikes of the stroke.
+
+    A slip is told from the next largest leaps, which a spike must not be. With it comes what is known of a
+    frozen channel.
+    """
+    if any(one.kind == "spike" and one.quantity == "stroke" for one in found):
+        look = look.without_spikes({one.name: spike_rows(look.seen, one) for one in look.strokes})
     stood = [one for one in found if one.kind == "frozen" and one.quantity == "stroke"]
     if stood:
         look = replace(look, given=look.seen, frozen_s=tuple((one.start_s, one.end_s) for one in stood))

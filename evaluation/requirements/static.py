@@ -29,7 +29,7 @@ from bufferstand.evaluation.requirements.rows import (
     spoiling,
     unfilled_why,
 )
-from bufferstand.evaluation.uncertainty import CyclePropagation, LocalReading, force_draws
+from bufferstand.evaluation.uncertainty import COVERAGE, CyclePropagation, LocalReading, force_draws
 
 PRELOAD_FROM_MM, PRELOAD_TO_MM = 2.0, 10.0
 """Preload: line through the loading branch between these strokes, read at stroke 0 (docs/limit-sets.md)."""
@@ -121,6 +121,7 @@ def _read_force(case: Case, result: CycleResult, window: ForceWindow, stroke_mm:
     bound_kN = _bound_kN(case, index, reading, lambda own: own.fit(at, first, last, 2))
     drawn = _drawn(case, reading, bound_kN)
     verdict = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
+    verdict = _unstated(case, prepared, reading, verdict)
     contact_mm = block_contact(prepared.loop, case.limits.conditions.block_slope_ratio)
     if contact_mm is None or contact_mm >= last:
         return verdict
@@ -135,6 +136,28 @@ def _drawn(case: Case, reading: LocalReading, bound_kN: float) -> FloatArray | N
     if case.draws is None:
         return None
     return np.asarray(force_draws(case.draws, reading) + bound_kN * case.draws.unrecorded)
+
+
+def _unstated(
+    case: Case, prepared: CyclePropagation, reading: LocalReading, result: RequirementResult
+) -> RequirementResult:
+    """Return a row without U, not decided where noise and hum alone may carry it across a limit.
+
+    What the channels do not state nobody knows, and the value decides alone. What the record itself shows is
+    known: a verdict that another phase of its hum would turn is none.
+    """
+    if case.draws is not None or result.measured is None or result.verdict not in ("pass", "fail"):
+        return result
+    own = reading.value_terms[len(reading.value_terms) - len(prepared.own.standard_u) :]
+    u_kN = float(np.hypot(reading.value_gain, np.linalg.norm(own * prepared.own.standard_u)))
+    limits = [limit for limit in (result.lower_limit, result.upper_limit) if limit is not None]
+    if all(abs(result.measured - limit) > COVERAGE * u_kN for limit in limits):
+        return result
+    why = (
+        f"{result.why}, by less than noise and hum on record make of it (± {COVERAGE * u_kN:.2g} kN); "
+        "the channels state no accuracy"
+    )
+    return replace(result, verdict="inconclusive", why=why)
 
 
 def _bound_kN(  # noqa: N802 - the unit's own letters
@@ -188,7 +211,8 @@ def preload(case: Case, index: int, window: ForceWindow) -> RequirementResult:
         return row(case, window.id, index, text, limits, "inconclusive", why, cited=window)
     read_at = over_line if extrapolated else about
     drawn = _drawn(case, reading, _bound_kN(case, index, reading, lambda own: own.fit(*read_at, 1)))
-    result = _pulled(case, judged(case, window.id, index, text, limits, reading.force_kN, drawn, window))
+    result = judged(case, window.id, index, text, limits, reading.force_kN, drawn, window)
+    result = _pulled(case, _unstated(case, prepared, reading, result))
     other = near if extrapolated else line
     if other is None:
         return result

@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.evaluation.facts import CycleResult, Finding, FirstContact, RequirementResult, RunFacts
-from bufferstand.evaluation.loops import first_shown
+from bufferstand.evaluation.loops import by_force_at_rest, by_ways_out, first_shown
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements import COUNTED
 
 _ZERO_MOVES = ("drift", "offset-jump", "gain-jump")
+_ZERO_OFF = (*_ZERO_MOVES, "zero", "unit", "sign")
+"""Beside these the stated limit of the force's zero says nothing of what the force shows at rest."""
 
 
 def first_contact_of(
@@ -38,7 +40,13 @@ def first_contact_of(
     turned = any(one.kind == "sign" and one.quantity == "force" for one in findings)
     record = replace(record, force_kN=-record.force_kN) if turned else record
     jumped_s = min((one.start_s for one in findings if one.kind == "stroke-jump"), default=np.inf)
-    found = first_shown(record, [result.cycle for result in results], stated_mm, jumped_s, moves=moves)
+    cycles = [result.cycle for result in results]
+    found = first_shown(record, cycles, stated_mm, jumped_s, moves=moves)
+    zero_kN = None if facts.force_uncertainty is None else facts.force_uncertainty.zero
+    if zero_kN and not any(one.quantity == "force" and one.kind in _ZERO_OFF for one in findings):
+        found = by_force_at_rest(found, record, cycles[0].top.time_s, zero_kN)
+    if not moves:
+        found = by_ways_out(found, record, cycles, jumped_s)
     rest_kN = found.rest_force_kN
     return replace(found, rest_force_kN=-rest_kN) if turned and rest_kN is not None else found
 

@@ -30,6 +30,11 @@ from bufferstand.evaluation.numerics import (
     without_lines,
 )
 from bufferstand.evaluation.record import Record
+from bufferstand.evaluation.uncertainty.hum_at_rests import (
+    beside_lines,
+    lines_at_rests,
+    without_resting_lines,
+)
 
 BLOCKS_A_CYCLE = 64
 """Means over blocks count while a cycle has so many: fifth differences of a loop's fifth harmonic leave 1e-5
@@ -230,10 +235,11 @@ def _spectrum(
     cycle_s = min(lengths_s)
     rows = _stretches(values)
     lines = lines_of(rows, step_s, cycle_s, float(np.median(lengths_s)))
-    if lines:
-        rows = without_lines(rows, step_s, lines)
+    resting = () if lines else lines_at_rests(time_s, values, cycles, step_s)
+    rows = without_lines(rows, step_s, lines) if lines else without_resting_lines(rows, step_s, resting)
+    if lines := lines or resting:
         sigma = noise_sigma(rows.ravel())
-    fast = _by_differences(rows, step_s, cycle_s, sigma)
+    fast = beside_lines(_by_differences(rows, step_s, cycle_s, sigma), step_s, resting)
     slow = _by_cycles(time_s, values, cycles, lines)
     lowest = fast[0][0] if slow else np.inf
     both = [point for point in slow if point[0] < lowest] + fast

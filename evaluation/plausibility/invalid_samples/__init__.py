@@ -10,12 +10,14 @@ if TYPE_CHECKING:
         without_codes,
     )
     from bufferstand.evaluation.plausibility.invalid_samples.spike_samples import (
+        spike_rows,
         spikes,
         without_spikes,
     )
 
 __all__ = [
     "codes",
+    "spike_rows",
     "spikes",
     "without_codes",
     "without_spikes",

@@ -11,6 +11,7 @@ from bufferstand.evaluation.cycles import SLIPPED
 from bufferstand.evaluation.facts import Finding
 from bufferstand.evaluation.plausibility.jumps.jumps_of_force import force_jumps
 from bufferstand.evaluation.plausibility.jumps.level_changes import level_jumps
+from bufferstand.evaluation.plausibility.jumps.moved_contact import contact_moved
 from bufferstand.evaluation.plausibility.jumps.sample_steps import (
     SampleJump,
     goes_on,
@@ -93,6 +94,8 @@ def _jumps(
 ) -> list[Finding]:
     """Return jumps, what rests tell of the zero, and of a harmonic run what ``loops`` tell of it."""
     found = stroke_jumps(look)
+    if not found and (moved := contact_moved(look)) is not None:
+        found = [moved]
     zero = at_rests(look, found)
     if found:
         return [*found, *(one for one in zero if one.kind in _BESIDE_JUMPS)]

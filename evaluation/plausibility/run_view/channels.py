@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from bufferstand.evaluation.numerics import FloatArray
+from bufferstand.evaluation.numerics import FloatArray, IndexArray
 from bufferstand.evaluation.plausibility.run_view.samples import Samples
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.channels import STROKE_CHANNELS
@@ -15,10 +16,14 @@ from bufferstand.foundation.channels import STROKE_CHANNELS
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """The channels of a record, each on its own instants; of those ``held`` each value once, as it comes."""
+    """The channels of a record, each on its own instants; of those ``held`` each value once, as it comes.
+
+    ``spikes``: rows of channels that are known to be no readings, which they are without.
+    """
 
     record: Record
     held: frozenset[str] = frozenset()
+    spikes: Mapping[str, IndexArray] = field(default_factory=dict)
 
     @cached_property
     def force(self) -> Samples:
@@ -50,6 +55,8 @@ class Channels:
 
     def _own(self, name: str, otherwise: FloatArray) -> Samples:
         time_s, value = self.record.as_recorded.get(name, (self.record.time_s, otherwise))
+        if name in self.spikes:
+            time_s, value = np.delete(time_s, self.spikes[name]), np.delete(value, self.spikes[name])
         samples = Samples(name, time_s, value)
         return _without_repeats(samples) if name in self.held else samples
 

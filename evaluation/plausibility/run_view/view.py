@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from bufferstand.evaluation.facts import CycleResult, DrawWires, RunFacts
-from bufferstand.evaluation.numerics import FloatArray
+from bufferstand.evaluation.numerics import FloatArray, IndexArray
 from bufferstand.evaluation.plausibility.run_view.channels import Channels
 from bufferstand.evaluation.plausibility.run_view.error_codes import ErrorCodes
 from bufferstand.evaluation.plausibility.run_view.samples import Samples
@@ -59,7 +59,11 @@ class RunView:
 
     def without_repeats(self, held: Iterable[str]) -> RunView:
         """Return the run as it is with each value of these channels once."""
-        return replace(self, given=Channels(self.samples, frozenset(held)))
+        return replace(self, given=Channels(self.samples, frozenset(held), self.seen.spikes))
+
+    def without_spikes(self, spikes: Mapping[str, IndexArray]) -> RunView:
+        """Return the run as it is without these rows of channels, which are no readings."""
+        return replace(self, given=replace(self.seen, spikes=spikes))
 
     def with_force_turned(self) -> RunView:
         """Return the run as it is with the other sign of the force."""

@@ -2,7 +2,8 @@
 
 Where the noise of the channel moves it by more than its resolution, that is enough. Where it does not, the
 value must come back with a jump: stroke and force leave a dwell, a plateau of friction or the moment before
-contact without one, or as the stroke turns.
+contact without one, or as the stroke turns. Or the force rises and falls while the stroke stands, which it
+does in no dwell: there it relaxes.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ MOVED_NOISY, MOVED_SIGMAS, MOVED_STEPS = 0.01, 8.0, 2.0
 JUMP_STEPS, JUMP_SHARE = 5.0, 0.005
 """Without noise, the value comes back by so many usual steps of its own (five of a converter's), and by this
 share of its span."""
+TO_AND_FRO, TO_AND_FRO_STEPS = 0.1, 5.0
+"""A force that rises and falls by this share of its span, and by what so many steps of the stroke's converter
+make of it, was moved."""
 _HELD = 3
 _MOST = 12
 _FASTEST = 0.999
@@ -59,7 +63,7 @@ def frozen(look: RunView) -> list[Finding]:
         own: list[tuple[float, Finding]] = []
         for first, last in runs.tolist():
             moved = other.moved(float(channel.time_s[first]), float(channel.time_s[last]))
-            if first not in pinned and _is_frozen(channel, other, last, moved):
+            if first not in pinned and _is_frozen(channel, other, first, last, moved):
                 value = float(channel.value[first])
                 own.append((value, _finding(look, channel, other, first, last, moved)))
         values = sorted({value for value, _ in own})
@@ -108,7 +112,7 @@ def _long_enough(channel: Samples, other: Samples, runs: NDArray[np.intp]) -> ND
     return np.asarray(runs[lasts_s * fastest >= MOVED_NOISY * other.span])
 
 
-def _is_frozen(channel: Samples, other: Samples, last: int, moved: float) -> bool:
+def _is_frozen(channel: Samples, other: Samples, first: int, last: int, moved: float) -> bool:
     own, value = channel.sampling, channel.value
     if channel.is_noisy:
         least = max(MOVED_NOISY * other.span, MOVED_SIGMAS * other.sigma, MOVED_STEPS * other.sampling.step)
@@ -117,9 +121,22 @@ def _is_frozen(channel: Samples, other: Samples, last: int, moved: float) -> boo
         return False
     if channel.quantity == "force" and abs(float(value[last])) < NO_LOAD * channel.span:
         return False
+    if channel.quantity == "stroke" and _rises_and_falls(channel, other, first, last):
+        return True
     jump = abs(float(value[last + 1] - value[last]))
     least = max(JUMP_SHARE * channel.span, JUMP_STEPS * own.step, JUMP_STEPS * channel.usual_step)
     return jump > least and not _turns(channel, other, last)
+
+
+def _rises_and_falls(stroke: Samples, force: Samples, first: int, last: int) -> bool:
+    """Say whether the force rises and then falls over a stretch by more than a stroke that stands lets it."""
+    value = force.value[force.rows(float(stroke.time_s[first]), float(stroke.time_s[last]))]
+    if value.size < LEAST_ROWS:
+        return False
+    top = float(np.max(value))
+    rise = min(top - float(value[0]), top - float(value[-1]))
+    by_steps = TO_AND_FRO_STEPS * stroke.sampling.step / stroke.span * force.span
+    return rise > max(TO_AND_FRO * force.span, by_steps)
 
 
 def _turns(channel: Samples, other: Samples, last: int) -> bool:

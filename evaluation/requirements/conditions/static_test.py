@@ -251,6 +251,8 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     why = f"{stroke:.2f} mm and {force:.1f} kN {when}"
     if verdict == "fail" and (unseen := _not_seen(case, limits, recorded_mm)):
         verdict, why = "inconclusive", f"{why}; {unseen}"
+    if verdict == "pass" and case.zero_mm and not limits.meets(stroke + _contact_u_mm(case)):
+        verdict, why = "inconclusive", f"{why}; the contact is known to ± {_contact_u_mm(case):.2f} mm only"
     if unsure := bridged_why(limits, stroke, abs(result.gap_limits.get("stroke_min_mm", 0.0))):
         verdict, why = "inconclusive", f"{why}; {unsure}"
     # After a stroke that may be a later one than the last judged, nobody asks for release.
@@ -258,6 +260,11 @@ def _full_release(case: Case, result: CycleResult, *, last: bool) -> Requirement
     if doubt and verdict == "fail" and limits.meets(cycle.stroke_min_mm - case.zero_mm):
         verdict, why = "inconclusive", f"{why}; that it is the last one judged is not known: {doubt}"
     return condition_row(case, "full-release", cycle.index, text, limits, stroke, verdict, why)
+
+
+def _contact_u_mm(case: Case) -> float:
+    """Return the expanded uncertainty of first contact, where strokes are counted from it."""
+    return 0.0 if case.contact is None else case.contact.expanded_uncertainty or 0.0
 
 
 def _not_seen(case: Case, limits: RowLimits, recorded_mm: float) -> str:
