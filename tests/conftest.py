@@ -20,6 +20,7 @@ from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
 from tests.doses import beyond_their_doses
+from tests.sharing import scope
 from tests.slow import SLOW
 
 mpl.use("Agg")
@@ -84,29 +85,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 ROOT = Path(__file__).resolve().parents[1]
-SHARED_FILES = (
-    "tests/main_job/",
-    "tests/cli/test_model_paper.py",
-    "tests/contract/controller/test_announced.py",
-    "tests/daq/test_kill_under_force.py",
-    "tests/drivers/conformance/",
-    "tests/drivers/test_fault_messages.py",
-    "tests/evaluation/test_budget.py",
-    "tests/evaluation/turns/test_end_forces.py",
-    "tests/evaluation_report/test_browser.py",
-    "tests/monitor/test_browser.py",
-    "tests/monitor/test_protocol.py",
-    "tests/peers/",
-    "tests/two_programs/test_meetings.py",
-)
-"""Files whose tests share what takes seconds to make: a campaign, figures, a page, a program, a stand."""
 
 
 class _TestByTest(LoadScopeScheduling):  # type: ignore[misc] - xdist states no types
-    """Hand out test by test, but whole the files whose tests share much."""
+    """Hand out test by test, but together those that share a fixture of their file."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return nodeid.split("::", maxsplit=1)[0] if nodeid.startswith(SHARED_FILES) else nodeid
+        return scope(nodeid)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> _TestByTest:
