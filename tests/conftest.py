@@ -31,13 +31,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-settings.register_profile(
-    "bufferstand",
-    derandomize=True,
-    deadline=None,  # no test depends on wall-clock speed
-    max_examples=50,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+for profile, examples in (("bufferstand", 25), ("long", 50)):
+    settings.register_profile(
+        profile,
+        derandomize=True,
+        deadline=None,  # no test depends on wall-clock speed
+        max_examples=examples,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
 settings.load_profile("bufferstand")
 
 
@@ -49,6 +50,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--hardware", metavar="STAND.toml", help="run the contracts on this real stand, and no other test"
     )
     parser.addoption("--yes-move", metavar="STAND", help="its id: confirm every motion of it beforehand")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--long"):
+        settings.load_profile("long")
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
