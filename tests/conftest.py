@@ -20,6 +20,7 @@ from hypothesis import HealthCheck, settings
 from xdist.scheduler import LoadScopeScheduling
 
 from tests.doses import beyond_their_doses
+from tests.sharing import scope
 from tests.slow import SLOW
 
 mpl.use("Agg")
@@ -30,13 +31,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
-settings.register_profile(
-    "bufferstand",
-    derandomize=True,
-    deadline=None,  # no test depends on wall-clock speed
-    max_examples=50,
-    suppress_health_check=[HealthCheck.too_slow],
-)
+for profile, examples in (("bufferstand", 25), ("long", 50)):
+    settings.register_profile(
+        profile,
+        derandomize=True,
+        deadline=None,  # no test depends on wall-clock speed
+        max_examples=examples,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
 settings.load_profile("bufferstand")
 
 
@@ -48,6 +50,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--hardware", metavar="STAND.toml", help="run the contracts on this real stand, and no other test"
     )
     parser.addoption("--yes-move", metavar="STAND", help="its id: confirm every motion of it beforehand")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--long"):
+        settings.load_profile("long")
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
@@ -84,29 +91,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 ROOT = Path(__file__).resolve().parents[1]
-SHARED_FILES = (
-    "tests/main_job/",
-    "tests/cli/test_model_paper.py",
-    "tests/contract/controller/test_announced.py",
-    "tests/daq/test_kill_under_force.py",
-    "tests/drivers/conformance/",
-    "tests/drivers/test_fault_messages.py",
-    "tests/evaluation/test_budget.py",
-    "tests/evaluation/turns/test_end_forces.py",
-    "tests/evaluation_report/test_browser.py",
-    "tests/monitor/test_browser.py",
-    "tests/monitor/test_protocol.py",
-    "tests/peers/",
-    "tests/two_programs/test_meetings.py",
-)
-"""Files whose tests share what takes seconds to make: a campaign, figures, a page, a program, a stand."""
 
 
 class _TestByTest(LoadScopeScheduling):  # type: ignore[misc] - xdist states no types
-    """Hand out test by test, but whole the files whose tests share much."""
+    """Hand out test by test, but together those that share a fixture of their file."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return nodeid.split("::", maxsplit=1)[0] if nodeid.startswith(SHARED_FILES) else nodeid
+        return scope(nodeid)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> _TestByTest:

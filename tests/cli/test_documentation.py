@@ -12,7 +12,7 @@ from urllib.request import urlopen
 
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from starlette.applications import Starlette
 
@@ -93,7 +93,7 @@ def test_a_word_is_found_where_another_begins_with_it_and_only_sections_with_all
     assert find([page], " ,;") == []
 
 
-@settings(max_examples=25)
+@pytest.mark.slow
 @given(st.text(max_size=60))
 def test_any_query_is_answered_and_none_becomes_markup(query: str) -> None:
     answer = ask(SITE, "/search", {"q": f"<script>{query}"})

@@ -70,6 +70,7 @@ def test_a_specimen_whose_losses_equal_its_heat_is_not_doubted(
     assert stopped_at_s(Body(cools_s=cools_s, stated_times=stated_times, heating=heating)) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [1.0, pytest.param(10.0, marks=pytest.mark.long)])
 def test_a_stand_in_virtual_time_names_it_with_its_facts(seconds: float) -> None:
     """Readings come every second, or every ten, as at ten times the speed of the wall."""

@@ -28,7 +28,7 @@ from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.pump import Pump
 from tests.drivers.servers import loop_thread
 
-PATIENCE_S = 20.0
+PATIENCE_S = 120.0
 _Got = TypeVar("_Got")
 
 

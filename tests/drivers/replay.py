@@ -15,7 +15,7 @@ from pathlib import Path
 from bufferstand.drivers.transcripts.transcript import TranscriptPiece, read_transcript
 
 FOLDER = Path(__file__).parent / "transcripts"
-PATIENCE_S = 10.0
+PATIENCE_S = 30.0
 
 
 class Replay:

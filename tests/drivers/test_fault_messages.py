@@ -31,7 +31,7 @@ from bufferstand.foundation.motions import RampTo
 from tests.drivers.conftest import SAMPLE_STAND
 
 DOCS = Path(__file__).parents[2] / "docs" / "simulated-stand.md"
-PATIENCE_S = 20.0
+PATIENCE_S = 120.0
 W1 = 'kind = "w1"\nroot = "wires/w1/devices"\n'
 ADAPTER = 'kind = "ds2480b"\nport = "wires/onewire"\n'
 

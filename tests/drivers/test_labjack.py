@@ -38,7 +38,7 @@ from tests.drivers.replay import replayed_tcp
 from tests.peers.labjack.emulator import LabJackEmulator
 from tests.peers.labjack.stream import Habits
 
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 LSB_V = 0.000315805780
 
 

@@ -24,7 +24,7 @@ from tests.peers.modbus_io.wago import Module, WagoNode, pt100_word, ten_volt_wo
 from tests.peers.modbus_io.wire import Server
 from tests.peers.modbus_io.wiren_board import M1W2
 
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 WEIGHT = {"gross": ("force", "force", "kN", [0.0, 0.00980665])}
 KG = {"unit_per_digit": 0.1, "unit": "kg"}
 

@@ -124,7 +124,7 @@ def served(tmp_path: Path) -> Iterator[Served]:
 def read_until(controller: PollingController, samples: int) -> list[tuple[int, int]]:
     """Return (sequence, lost before) of so many samples at least."""
     found: list[tuple[int, int]] = []
-    end_s = time.monotonic() + 30.0
+    end_s = time.monotonic() + 120.0
     while len(found) < samples:
         assert time.monotonic() < end_s
         block = controller.read_block()
@@ -185,7 +185,7 @@ def test_commands_are_done_between_the_polls(served: Served) -> None:
     controller.connect()
     controller.enable(force_limit_kN=500.0, stroke_limit_mm=100.0, watchdog_ms=60_000)
     number = controller.start(RampTo(target_mm=1.0, speed_mm_per_s=100.0))
-    end_s = time.monotonic() + 30.0
+    end_s = time.monotonic() + 120.0
     while (status := controller.status()).done_sequence != number:
         assert time.monotonic() < end_s
     assert status.position_mm == pytest.approx(1.0, abs=0.06)
@@ -224,7 +224,7 @@ def test_a_cut_wire_is_a_fault_and_then_a_counted_gap(served: Served) -> None:
         read_on()
     served.state["cut"] = False
     after: list[tuple[int, int]] = []
-    end_s = time.monotonic() + 30.0
+    end_s = time.monotonic() + 120.0
     while not after:
         assert time.monotonic() < end_s
         try:

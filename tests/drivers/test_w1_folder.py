@@ -19,7 +19,7 @@ from tests.drivers.clocks import HandClock
 from tests.drivers.conftest import SAMPLE_STAND
 from tests.drivers.test_ds18b20 import scratchpad, w1_text
 
-PATIENCE_S = 20.0
+PATIENCE_S = 120.0
 ROMS = ("28-00000a3f91c2", "28-00000a3f92d7", "28-00000a40117b")
 
 

@@ -34,6 +34,7 @@ def _die(plot: Plot, language: Language) -> str:
     os._exit(1)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("two_cores")
 @pytest.mark.parametrize("language", ["en", "cs"])
 def test_whoever_draws_a_figure_it_is_the_same(language: str) -> None:
@@ -59,6 +60,7 @@ def test_the_other_process_draws_the_first_half(monkeypatch: pytest.MonkeyPatch)
     assert here == plots[5:]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("two_cores")
 def test_what_a_process_that_dies_had_begun_is_drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
     plots, spoken = _plots(10), ENGLISH

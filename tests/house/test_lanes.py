@@ -2,31 +2,42 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import ast
 import tomllib
 from collections import Counter
 from pathlib import Path
 
-import pytest
-
 from tests.coverage_floors import FLOORS, by_room, fallen
 from tests.doses import beyond
+from tests.sharing import scope
 from tests.slow import SLOW
 
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = sorted(path.name for path in (ROOT / "bufferstand").iterdir() if path.is_symlink())
 
 
-@pytest.mark.slow
+def fast_tests(file: Path) -> int:
+    """Return how many functions of a file are tests of the fast lane; one of many cases counts once."""
+    if file.relative_to(ROOT).as_posix().startswith(SLOW):
+        return 0
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    if any(isinstance(node, ast.Assign) and "pytestmark" in ast.unparse(node) for node in tree.body):
+        return 0
+    return sum(
+        isinstance(node, ast.FunctionDef)
+        and node.name.startswith("test_")
+        and not any(
+            "mark.slow" in ast.unparse(mark) or "mark.long" in ast.unparse(mark)
+            for mark in node.decorator_list
+        )
+        for node in ast.walk(tree)
+    )
+
+
 def test_the_fast_lane_touches_every_room() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "--collect-only", "-q", "--fast", "-p", "no:cacheprovider", "tests"],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr
-    listed = [line for line in done.stdout.splitlines() if line.startswith("tests/") and "::" in line]
-    counted = Counter(line.split("/")[1].partition("_")[0] for line in listed)
+    counted: Counter[str] = Counter()
+    for file in sorted((ROOT / "tests").rglob("test_*.py")):
+        counted[file.relative_to(ROOT).parts[1].partition("_")[0]] += fast_tests(file)
     assert {room: counted[room] for room in ROOMS if counted[room] < 40} == {}
 
 
@@ -63,3 +74,13 @@ def test_a_room_that_falls_is_named() -> None:
         "cli: 0.0 % of its lines run in the fast lane, the floor is 1 %",
     ]
     assert fallen(shares, {"daq": 80}) == ["model: no floor in coverage_floors.toml"]
+
+
+def test_tests_that_share_a_fixture_of_their_file_go_to_one_worker() -> None:
+    """One that has cases is made once for each of them."""
+    whole, cases = "tests/desk/test_results.py", "tests/contract/stand/test_stand.py"
+    assert {scope(f"{whole}::{test}") for test in ("test_one", "test_other[a-b]")} == {whole}
+    assert scope(f"{cases}::test_one[in process]") == scope(f"{cases}::test_other[in process-3]")
+    assert scope(f"{cases}::test_one[in process]") != scope(f"{cases}::test_one[TCP, GSV]")
+    alone = "tests/house/test_lanes.py::test_every_room_has_a_floor"
+    assert scope(alone) == alone

@@ -29,13 +29,13 @@ def test_a_sound_record_is_evaluated_without_a_falsehood_or_a_need(number: int) 
     assert [f for f in judgement.findings if f[0] == "needless"] == []
 
 
-@pytest.mark.dose(16)
+@pytest.mark.dose(8)
 @pytest.mark.parametrize("name", ASKED)
 def test_a_record_with_one_imperfection_is_evaluated_without_a_falsehood(name: str) -> None:
     assert _first(name).falsehoods == []
 
 
-@pytest.mark.dose(20)
+@pytest.mark.dose(10)
 @pytest.mark.parametrize("number", range(MIXTURES, MIXTURES + MIXED))
 def test_a_record_with_several_imperfections_has_no_false_verdict(number: int) -> None:
     assert [f for f in study.one(number).falsehoods if f[0] not in NAMING] == []

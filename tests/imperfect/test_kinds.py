@@ -21,7 +21,7 @@ def _made(name: str) -> Scene:
     raise AssertionError(f"no record takes {name}")
 
 
-@pytest.mark.dose(20)
+@pytest.mark.dose(10)
 @pytest.mark.parametrize("name", [kind.name for kind in KINDS])
 def test_a_kind_changes_the_record_and_not_the_truth(name: str) -> None:
     scene = _made(name)

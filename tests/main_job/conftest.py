@@ -1,10 +1,12 @@
-"""The demo, run once as a user runs it, and what it left behind."""
+"""The demo, run once as a user runs it, and what it left behind; the command, in a process or in this one."""
 
 from __future__ import annotations
 
+import io
 import json
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
+from bufferstand.cli.main import main
 
 
 def bufferstand(*words: str | Path, timeout_s: float = 900.0) -> subprocess.CompletedProcess[str]:
@@ -24,6 +28,18 @@ def bufferstand(*words: str | Path, timeout_s: float = 900.0) -> subprocess.Comp
         timeout=timeout_s,
         check=False,
     )
+
+
+def here(*words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command in this process, as its own would: where only words and status are looked at."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+    with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as ended:
+        main([str(word) for word in words])
+    status = ended.value.code
+    assert isinstance(status, int)
+    out.seek(0)
+    err.seek(0)
+    return subprocess.CompletedProcess(words, status, out.read(), err.read())
 
 
 @dataclass(frozen=True)

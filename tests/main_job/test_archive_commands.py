@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.evaluation_archive.samples import archive, damaged
-from tests.main_job.conftest import bufferstand
+from tests.main_job.conftest import bufferstand, here
 
 
 @pytest.fixture
@@ -155,6 +155,6 @@ def test_a_bar_on_a_terminal_only(runs: list[Path]) -> None:
     ],
 )
 def test_refused_before_anything_starts(runs: list[Path], words: list[str], said: str) -> None:
-    done = bufferstand("evaluate", *words)
+    done = here("evaluate", *words)
     assert (done.returncode, done.stdout) == (2, "")
     assert said in done.stderr

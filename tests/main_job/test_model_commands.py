@@ -1,4 +1,4 @@
-"""``bufferstand model fit | simulate | compare`` on real processes."""
+"""``bufferstand model fit | simulate | compare`` on real processes; their refusals here."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bufferstand.model.file import load_model
-from tests.main_job.conftest import bufferstand
+from tests.main_job.conftest import bufferstand, here
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"
 MODEL = SAMPLES / "models" / "category-a-elastomer.toml"
@@ -71,7 +71,7 @@ def test_fit_writes_a_model_and_a_campaign_that_plan_takes(tmp_path: Path) -> No
     ],
 )
 def test_bad_input_is_one_message(arguments: tuple[object, ...], says: str) -> None:
-    done = bufferstand("model", *arguments)
+    done = here("model", *map(str, arguments))
     assert done.returncode == 2
     assert says in done.stderr
     assert "Traceback" not in done.stderr

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bufferstand.recording.runfile.file import open_run
-from tests.main_job.conftest import bufferstand
+from tests.main_job.conftest import bufferstand, here
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"
 STEP = "[[step]]\n"
@@ -112,7 +112,7 @@ def test_a_polled_stand_a_hundred_times_as_fast_waits_for_who_polls_it(tmp_path:
 @pytest.mark.parametrize("speed", ["0", "1000", "fast"])
 def test_absurd_speeds_are_refused(tmp_path: Path, speed: str) -> None:
     campaign = write_campaign(tmp_path, stop=40.0, cycles=3)
-    done = bufferstand("run", campaign, "--out", tmp_path / "out", "--simulate", "--speed", speed)
+    done = here("run", campaign, "--out", tmp_path / "out", "--simulate", "--speed", speed)
     assert done.returncode == 2
     assert "--speed" in done.stderr
     assert not (tmp_path / "out").exists()

@@ -10,12 +10,14 @@ from typing import Any
 
 import pytest
 
+PATIENCE_MS = 180_000.0
+"""How long a page may take to come, to have an element, or to take a click: on a busy machine long."""
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """Give a browser, or skip the test with the reason and what to do about it."""
+    """Give a browser whose pages are waited for patiently, or skip the test and say why and what to do."""
     playwright = pytest.importorskip(
         "playwright.sync_api", reason="NO BROWSER TEST: playwright is not installed"
     )
@@ -27,7 +29,15 @@ def chromium() -> Iterator[Any]:
         )
     options = ["--no-sandbox"] if os.geteuid() == 0 else []
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=path, args=options)
+        browser = driver.chromium.launch(executable_path=path, args=options, timeout=PATIENCE_MS)
+        fresh = browser.new_context
+
+        def new_context(**settings: Any) -> Any:
+            context = fresh(**settings)
+            context.set_default_timeout(PATIENCE_MS)
+            return context
+
+        browser.new_context = new_context
         try:
             yield browser
         finally:

@@ -40,7 +40,7 @@ frequency_Hz = 2.0
 cycles = 3
 """
 TOKENS = Tokens(view="look-" + "v" * 20, control="act-" + "c" * 20, free_view=False)
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 
 
 class Slow(Lines):

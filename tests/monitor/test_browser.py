@@ -336,7 +336,7 @@ def stop_by_click(browser: Any, folder: Path) -> tuple[float, float]:
             it.wait("document.getElementById('alarm').textContent.includes('The stand was seen to be safe')")
             assert "by the operator: someone at this computer" in it.tab.inner_text("#alarm")
             assert (it.tab.inner_text("#left"), it.tab.inner_text("#forecast")) == ("–", "")
-        _, stderr = process.communicate(timeout=60)
+        _, stderr = process.communicate(timeout=180)
     finally:
         process.kill()
         print(process.communicate()[1])  # shown if the test fails

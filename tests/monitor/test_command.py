@@ -61,7 +61,7 @@ def test_a_finished_campaign_shows_its_runs_and_ctrl_c_ends_the_page(tmp_path: P
         assert "no campaign can be reached" in json.loads(body)["problem"]
     finally:
         os.kill(process.pid, signal.SIGINT)
-        _, stderr = process.communicate(timeout=30)
+        _, stderr = process.communicate(timeout=180)
     assert process.returncode == 0
     assert stderr.strip().splitlines() == ["the page is closed"]
 

@@ -52,11 +52,11 @@ def test_it_stays_with_the_results_while_somebody_has_it_open_and_is_ended_by_it
     content = json.loads((ended / PAGE_NAME).read_text())
     assert content == {"pid": process.pid, "port": page.port}
     command = [sys.executable, "-P", "-m", "bufferstand", "monitor", str(ended), "--end"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
     assert (done.returncode, done.stderr.strip()) == (0, "the page is closed")
     until(lambda: state_of(process.pid) in ("", "Z"))
     assert not (ended / PAGE_NAME).exists()
-    again = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    again = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
     assert (again.returncode, again.stderr.strip()) == (0, "no page has stayed open here")
 
 
@@ -84,7 +84,7 @@ def test_a_script_that_nobody_watches_leaves_no_process_and_waits_for_none(ended
         "    pid = web.pid\nprint(pid, web.stays)\n"
     )
     done = subprocess.run(
-        [sys.executable, "-P", "-c", program], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-P", "-c", program], capture_output=True, text=True, check=True, timeout=240
     )
     pid, stays = done.stdout.splitlines()[-1].split()
     assert stays == "False"

@@ -55,7 +55,7 @@ def test_a_controller_that_boots_amid_a_sine_ends_the_campaign(
         with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as campaign:
             running.wait_for(started(HARMONIC), meanwhile=campaign)
             running.boot()
-            said, _ = campaign.communicate(timeout=120)
+            said, _ = campaign.communicate(timeout=300)
         last = running.end()
         assert campaign.returncode == 4, said
         assert not last["valve"]
@@ -98,7 +98,7 @@ def test_a_second_program_touches_nothing(peer: str, program: Program, tmp_path:
             two = bufferstand("run", campaign, "--out", tmp_path / "two", *armed("run"))
             assert one.poll() is None, "the first ran on meanwhile"
             one.send_signal(signal.SIGINT)
-            said, _ = one.communicate(timeout=120)
+            said, _ = one.communicate(timeout=300)
         assert two.returncode in {3, 4}, two.stdout + two.stderr
         assert one.returncode == 3, said
         armed_since = [e["code"] for e in running.events()[place + 1 :] if e["event"] == "armed"]
@@ -122,7 +122,7 @@ def test_two_controllers_at_once_know_nothing_of_each_other(program: Program, tm
             )
         for peer, campaign in zip(both, campaigns, strict=True):
             with campaign:
-                said, _ = campaign.communicate(timeout=120)
+                said, _ = campaign.communicate(timeout=300)
             assert campaign.returncode == 0, said
             assert not peer.end()["valve"]
             truth = peer.truth()
@@ -142,7 +142,7 @@ def test_another_controller_at_the_same_address_is_noticed(program: Program, tmp
             first.end()
             case = Case("c", ("--serial", "7002", "--port", port))
             with controller(case, program("c"), tmp_path / "b") as second:
-                said, _ = running.communicate(timeout=120)
+                said, _ = running.communicate(timeout=300)
                 assert running.returncode == 4, said
                 assert not any(is_event("valve-on")(event) for event in second.events())
                 assert not any(is_event("started")(event) for event in second.events())

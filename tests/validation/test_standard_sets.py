@@ -29,6 +29,7 @@ def test_what_is_shipped_is_what_the_maker_makes() -> None:
     assert len(MADE) >= 40
 
 
+@pytest.mark.dose(20)
 @pytest.mark.parametrize("made", MADE.values(), ids=list(MADE))
 def test_a_set_is_as_its_closed_forms_say(made: StandardSet) -> None:
     folder = next(one.folder for one in shipped_sets() if one.id == made.identity)

@@ -24,7 +24,7 @@ from tests.peers.modbus_io.laumas import Transmitter
 from tests.peers.modbus_io.wago import Module, WagoNode, ten_volt_word
 from tests.peers.modbus_io.wire import Server
 
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 Serving = Callable[[], AbstractContextManager[AcquisitionSettings]]
 
 

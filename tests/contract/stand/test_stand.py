@@ -21,7 +21,7 @@ from bufferstand.drivers.stand_file.schema import StandFile
 from tests.contract.stand import backends
 from tests.contract.stand.backends import BACKENDS, Bench
 
-PATIENCE_S = 30.0
+PATIENCE_S = 120.0
 LONG = "polled over RTU, Modbus RTU amplifier, 1-Wire folder"
 
 
