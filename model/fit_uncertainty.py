@@ -1,4 +1,4 @@
-"""How well a fit knows the parameters of a model: their covariance, and what held-out cycles were missed by."""
+"""How well a fit knows a model's parameters: their covariance, and its errors on held-out cycles."""
 
 from __future__ import annotations
 

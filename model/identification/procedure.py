@@ -286,7 +286,8 @@ def _result(
     curves = curves_of(problem.frame, vector) if longer is None else longer.curves
     identified_in = _range(facts, problem.frame, longer, how)
     model = replace(
-        model_of(problem.frame, vector, curves, valid_C, identified_in), fit=uncertainty_of(solution, held_out)
+        model_of(problem.frame, vector, curves, valid_C, identified_in),
+        fit=uncertainty_of(solution, held_out),
     )
     checks = tuple(
         check

@@ -1,4 +1,4 @@
-"""What a fit knows of its parameters travels in the model file, and is refused where it contradicts itself."""
+"""What a fit knows travels in the model file, and is refused where it contradicts itself."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 from bufferstand.foundation.errors import BadInput
 from bufferstand.model.file import load_model, save_model
 from bufferstand.model.fit_uncertainty import FitUncertainty, knot_name, knot_of
+from bufferstand.model.identification.fitting import curve_spread
 from bufferstand.model.identification.known_parameters import uncertainty_of
 from tests.model.cases import reference_curves, spring
 from tests.model.identification.synthetic import KNOTS_mm, fitted, measured
@@ -62,9 +63,7 @@ def test_names_of_knots_are_read_again():
 
 @pytest.mark.slow
 def test_the_covariance_of_a_fit_is_that_of_its_estimates():
-    """Of curves at the knots, against the deviations that the fit states; of laws, against its own entries."""
-    from bufferstand.model.identification.fitting import curve_spread
-
+    """Of curves at the knots, against the deviations that the fit states; of laws, its own entries."""
     solution = fitted(measured(1))
     found = uncertainty_of(solution, [])
     at = {name: place for place, name in enumerate(found.parameter)}
