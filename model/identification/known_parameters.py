@@ -16,7 +16,7 @@ def uncertainty_of(solution: Solution, held_out: Sequence[CycleCheck]) -> FitUnc
     """Return the covariance of all that was fitted of the spring, and the errors on held-out cycles.
 
     The states of the single runs (first temperatures, inner strokes) are left out: the covariance of the rest
-    has their share. A parameter that was fitted along without contrast is in it, too, with what it leaves open.
+    has their share. A parameter that was fitted along without contrast is in it, too.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The twin: a fitted model alongside a run, its band, and what has moved when cycles leave it (docs/twin.md)."""
+"""The twin: a fitted model alongside a run, its band, and what has moved (docs/twin.md)."""
 
 from typing import TYPE_CHECKING
 
@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "FAULT_KINDS",
+    "LIMIT",
     "Chart",
     "CycleJudgement",
-    "FAULT_KINDS",
     "FaultKind",
-    "LIMIT",
     "MeasuredCycle",
     "Moved",
     "ParameterSpread",

@@ -152,7 +152,7 @@ class Twin:
         return found
 
     def _start_parts(self, time_s: Floats, stroke_mm: Floats, warm_kN: Floats) -> Floats:
-        """Return what the unknown start does to the force [kN]: warmth; overstress, which fades; (n, 1 or 2)."""
+        """Return what the unknown start does to the force [kN], (n, k): warmth; overstress, which fades."""
         if self._rested:
             return warm_kN[:, None]
         tables, viscous = self.model.tables, self.model.viscous
