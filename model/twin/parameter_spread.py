@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,10 +138,11 @@ def moved_model(model: SpringModel, parameter: str, by: float) -> SpringModel:
         return _moved_knot(model, *knot, by)
     name = parameter.removeprefix(LOGARITHM)
     for part in ("curves", "temperature", "heat", "viscous"):
-        table = getattr(model, part)
+        table: Any = getattr(model, part)
         if isinstance(value := getattr(table, name, None), float | int):
             moved = float(value * np.exp(by)) if parameter != name else max(float(value + by), 0.0)
-            return replace(model, **{part: replace(table, **{name: moved})})  # type: ignore[arg-type]
+            changed: dict[str, Any] = {part: replace(table, **{name: moved})}
+            return replace(model, **changed)
     raise BadInput(
         f"there is no parameter “{parameter}” in this model",
         place="fit.parameter",
@@ -162,4 +164,9 @@ def _moved_knot(model: SpringModel, curve: str, stroke_mm: float, by: float) -> 
     tables = {"loading_kN": np.array(curves.loading_kN), "unloading_kN": np.array(curves.unloading_kN)}
     tables[curve] = np.maximum.accumulate(forces)
     tables["unloading_kN"] = np.minimum(tables["unloading_kN"], tables["loading_kN"])
-    return replace(model, curves=replace(curves, **{k: tuple(v.tolist()) for k, v in tables.items()}))
+    moved = replace(
+        curves,
+        loading_kN=tuple(tables["loading_kN"].tolist()),
+        unloading_kN=tuple(tables["unloading_kN"].tolist()),
+    )
+    return replace(model, curves=moved)
