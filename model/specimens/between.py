@@ -157,5 +157,5 @@ def _profile(y: Floats, v: Floats) -> tuple[float, float]:
         most = float(np.var(y, ddof=1)) + float(np.max(v))
         while q(most) > wanted:
             most *= 2.0
-        ends.append(math.sqrt(float(brentq(lambda tau2: q(tau2) - wanted, 0.0, most))))
+        ends.append(math.sqrt(float(brentq(lambda tau2, level=wanted: q(tau2) - level, 0.0, most))))
     return ends[0], ends[1]

@@ -1,4 +1,4 @@
-"""``bufferstand model specimens``: how do specimens of one kind vary, and do used ones differ from new ones?"""
+"""``bufferstand model specimens``: how do specimens of one kind vary, do used ones differ?"""
 
 from __future__ import annotations
 

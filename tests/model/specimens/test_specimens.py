@@ -12,8 +12,8 @@ from bufferstand.model.specimens import between_specimens, compare_specimens, di
 from tests.model.cases import spring
 from tests.model.twin.specimens import drawn_spring, known_model
 
-# The 13 trials of dat.bcg (Colditz et al. 1994), log risk ratios and variances. What is expected is what the R
-# package metafor gives for them: rma(yi, vi, method = "REML") and confint().
+# The 13 trials of dat.bcg (Colditz et al. 1994): log risk ratios and variances. What is expected of them is
+# what R's package metafor gives: rma(yi, vi, method = "REML") and confint().
 BCG = (
     (-0.8893, 0.3256), (-1.5854, 0.1946), (-1.3481, 0.4154), (-1.4416, 0.0200), (-0.2175, 0.0512),
     (-0.7861, 0.0069), (-1.6209, 0.2230), (0.0120, 0.0040), (-0.4694, 0.0564), (-1.3713, 0.0730),
