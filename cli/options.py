@@ -95,6 +95,17 @@ def monitor_option(function: Function) -> Function:
     )(function)
 
 
+def twin_option(function: Function) -> Function:
+    """Add the option ``--twin MODEL.toml``."""
+    return click.option(
+        "--twin",
+        metavar="MODEL.toml",
+        type=EXISTING,
+        help="Judge every finished cycle by this fitted model (with [fit]): a band on the live page, an "
+        "event in the run where cycles leave it, with what has moved.",
+    )(function)
+
+
 def edits_options(function: Function) -> Function:
     """Add the options ``--take-edits`` and ``--keep``; :func:`edits_choice` makes one word of them."""
     take = click.option(

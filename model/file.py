@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.files import write_text
 from bufferstand.foundation.settings import (
+    COEFFICIENT,
+    CYCLES_OR_NONE,
     DURATION_S,
     FACTOR,
     FORCE_KN,
@@ -18,6 +20,7 @@ from bufferstand.foundation.settings import (
     HEAT_LOSS_W_PER_K,
     LENGTH_MM,
     LENGTH_SCALE_MM,
+    NOT_NEGATIVE,
     PER_K,
     SHARE,
     SLOPE_KN_PER_MM,
@@ -31,6 +34,7 @@ from bufferstand.foundation.settings import (
     parse_settings,
 )
 from bufferstand.model.curves import Curves
+from bufferstand.model.fit_uncertainty import FitUncertainty
 from bufferstand.model.identified_range import Continuation, IdentifiedRange, StopSource
 from bufferstand.model.spring import HeatBalance, SpringModel, TemperatureLaw, ViscousBranch
 
@@ -132,6 +136,25 @@ class IdentifiedTable(Settings):
     """Where the stiffness of the stop comes from."""
 
 
+class FitTable(Settings):
+    """``[fit]``: how well the fit knows its parameters, and how far it missed cycles that it did not see."""
+
+    parameter: Annotated[tuple[str, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+    """Names: keys of this file, ``ln`` before those whose logarithm was fitted, ``loading_kN at 5 mm`` …."""
+    standard_uncertainty: Annotated[Numbers, NOT_NEGATIVE]
+    """Of each, in its own unit; of a logarithm without one."""
+    correlation: Annotated[Numbers, COEFFICIENT]
+    """Coefficients below the diagonal, row by row."""
+    degrees_of_freedom: Annotated[float, NOT_NEGATIVE]
+    """Effective number of residuals less that of the parameters."""
+    held_out_cycles: Annotated[int, CYCLES_OR_NONE] = 0
+    """Number of cycles foretold by a fit without them; 0 if none was held out."""
+    held_out_rms_kN: Annotated[float, FORCE_KN] = 0.0
+    """Root mean square of the force's residuals on these cycles [kN]."""
+    held_out_rms_share: Annotated[float, SHARE] = 0.0
+    """The same, with each cycle's residuals over its largest force."""
+
+
 class ModelFile(Settings):
     """A whole model file."""
 
@@ -141,6 +164,7 @@ class ModelFile(Settings):
     heat: HeatTable
     viscous: ViscousTable = ViscousTable()
     identified: IdentifiedTable | None = None
+    fit: FitTable | None = None
 
 
 def load_model(path: str | Path) -> SpringModel:
@@ -168,6 +192,7 @@ def load_model(path: str | Path) -> SpringModel:
             heat=HeatBalance(**content.heat.model_dump()),
             viscous=ViscousBranch(**content.viscous.model_dump()),
             identified=None if content.identified is None else _range_of(content.identified),
+            fit=None if content.fit is None else FitUncertainty(**content.fit.model_dump()),
         )
     except BadInput as error:
         raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
@@ -210,9 +235,10 @@ def save_model(model: SpringModel, path: str | Path) -> None:
         ("heat", HeatTable.model_fields.keys()),
         ("viscous", ViscousTable.model_fields.keys()),
         ("identified", IdentifiedTable.model_fields.keys()),
+        ("fit", FitTable.model_fields.keys()),
     ):
         part = getattr(model, name, None)
-        if name == "identified" and part is None:
+        if name in ("identified", "fit") and part is None:
             continue  # nobody says: a file that older versions read, too
         values = table if isinstance(table, dict) else {key: getattr(part, key) for key in table}
         if values.get("spectrum_per_decade") == 0.0:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bufferstand.foundation import BadInput
 from bufferstand.model.curves import Curves
+from bufferstand.model.fit_uncertainty import FitUncertainty
 from bufferstand.model.identified_range import IdentifiedRange
 from bufferstand.model.tables import BandTables
 
@@ -242,6 +243,8 @@ class SpringModel:
         What positive stroke and force are of this specimen: ``compression`` (buffer) or ``extension``.
     identified : IdentifiedRange, optional
         Where it was identified; None if nobody says.
+    fit : FitUncertainty, optional
+        How well the fit knows its parameters; None if nobody says.
 
     Raises
     ------
@@ -257,6 +260,7 @@ class SpringModel:
     origin: str = ""
     sense: Literal["compression", "extension"] = "compression"
     identified: IdentifiedRange | None = None
+    fit: FitUncertainty | None = None
 
     def __post_init__(self) -> None:
         if self.identified is not None:

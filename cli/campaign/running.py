@@ -20,6 +20,7 @@ from bufferstand.daq.campaign_folder import CampaignMetadata, CampaignRecord, le
 from bufferstand.daq.guards import unguarded_at
 from bufferstand.daq.monitor import Address, web_process
 from bufferstand.daq.operator import StopRequest, keys_from, progress_on, stop_on_signals
+from bufferstand.daq.twin import twin_process
 from bufferstand.daq.zero import stored_zero
 from bufferstand.drivers import Stand, build_controller, build_sensors
 from bufferstand.drivers.simulated.serving import NAME, SHOWN, WIRES, StandClock, is_waiting
@@ -81,6 +82,7 @@ def perform(
     monitor: Address | None = None,
     awaits_stand: bool = False,
     until: UntilKnown | None = None,
+    twin: Path | None = None,
 ) -> CampaignOutcome:
     """Run (or go on with) a campaign on the real stand, or on a simulated one made for it.
 
@@ -111,6 +113,8 @@ def perform(
         Whether it waits for what a killed program has left on the stand to come to rest.
     until : UntilKnown, optional
         What is to be known; the campaign was prepared in so many rounds as it may take.
+    twin : Path, optional
+        File of a fitted model by which finished cycles are judged.
 
     Raises
     ------
@@ -145,6 +149,7 @@ def perform(
         stop_on_signals(StopRequest()) as request,
         source as (stand_file, clock),
         nullcontext() if monitor is None else web_process(out, monitor, _say, stays=True) as page,
+        nullcontext() if twin is None else twin_process(out, twin, _say),
         progress_on(sys.stderr) as progress,
         keys_from(sys.stdin, request, progress.message),
     ):

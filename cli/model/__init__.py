@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from bufferstand.cli.model.train_picture import (
         picture_train,
     )
+    from bufferstand.cli.model.twin_view import (
+        show_twin,
+        twin_document,
+    )
     from bufferstand.cli.model.view import (
         show_cycles,
         show_identification,
@@ -56,7 +60,9 @@ __all__ = [
     "shared_errors_of",
     "show_cycles",
     "show_identification",
+    "show_twin",
     "sittings",
+    "twin_document",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

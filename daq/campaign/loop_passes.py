@@ -82,6 +82,10 @@ class LoopPasses:
             self._showing.stop_asked = wish
             self._showing.message(f"operator: {wish}")
             self._say(wish)
+        for by, text in self._request.take_findings():
+            self._showing.message(f"{by}: {text}")
+            if self._served is not None:
+                self._served[0].log.say(by, text)
         for text in self._request.take_notes():
             self._showing.message(f"operator: {text}")
             self._say(text)

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
         Gate,
         static_files,
     )
+    from bufferstand.daq.monitor.campaign_view import (
+        TWIN_NAME,
+        TWIN_SCHEMA,
+    )
     from bufferstand.daq.monitor.posted import (
         posted_object,
     )
@@ -28,6 +32,8 @@ if TYPE_CHECKING:
         web_process,
     )
     from bufferstand.daq.monitor.publisher import (
+        BUFFER_BYTES,
+        LIVE_NAME,
         publishing,
     )
     from bufferstand.daq.monitor.server import (
@@ -39,6 +45,10 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "BUFFER_BYTES",
+    "LIVE_NAME",
+    "TWIN_NAME",
+    "TWIN_SCHEMA",
     "Access",
     "Address",
     "Gate",

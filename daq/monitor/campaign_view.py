@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from bufferstand.daq.campaign_folder import CampaignRecord
 
 NOTES_SHOWN = 100
+TWIN_NAME = "twin.json"
+"""What the twin beside a campaign writes into its folder (:mod:`bufferstand.daq.twin`)."""
+TWIN_SCHEMA = "bufferstand/twin/1"
 ASKED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
 """What a step asks for, that its cycles are compared with."""
 _FROM_A_TERMINAL = {
@@ -36,6 +40,7 @@ class FolderNews:
     zone: dict[str, Any] | None = None
     notes: list[dict[str, Any]] | None = None
     problem: str = ""
+    twin: dict[str, Any] | None = None
 
 
 class FolderWatch:
@@ -70,7 +75,17 @@ class FolderWatch:
             except (BadInput, OSError) as error:
                 kept, problem = (), problem or str(error)
             notes = [{"utc": n.utc, "text": n.text, "step": n.step, "run": n.run} for n in kept]
-        return FolderNews(record, zone, notes, problem)
+        return FolderNews(record, zone, notes, problem, self._twin())
+
+    def _twin(self) -> dict[str, Any] | None:
+        """Return what the twin beside the campaign last wrote, if that is new."""
+        if not self._changed(TWIN_NAME):
+            return None
+        try:
+            content = json.loads((self._folder / TWIN_NAME).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None  # it is being written anew
+        return content if isinstance(content, dict) and content.get("schema") == TWIN_SCHEMA else None
 
     def _originals(self, record: CampaignRecord) -> Path | None:
         """Return where the campaign's files lay when it was begun, None where that is not on record."""

@@ -120,6 +120,8 @@ class Follower:
             self._view.put("problem", news.problem)
         if news.notes is not None:
             self._view.put("notes", news.notes)
+        if news.twin is not None:
+            self._view.put("twin", news.twin)
         if news.record is None:
             return
         if self._record is None or self._record.campaign_file != news.record.campaign_file:

@@ -1,8 +1,9 @@
 """The socket of a running campaign: its operator stops it, or adds a note, from another terminal.
 
 One request and one reply a connection, each a line of JSON: ``{"stop": "now"}`` (or ``cycle``, ``step``),
-``{"note": "…"}``; ``{"ok": true, "text": "…"}``. Only the user who runs the campaign is heard. A request may
-say for whom it is made: ``"by": "A. Smith (192.168.1.7)"``; a note of somebody's begins with that.
+``{"note": "…"}``, ``{"finding": "…"}`` of a program beside the campaign (the twin); ``{"ok": true, "text":
+"…"}``. Only the user who runs the campaign is heard. A request may say for whom it is made: ``"by":
+"A. Smith (192.168.1.7)"``; a note of somebody's begins with that.
 """
 
 from __future__ import annotations
@@ -132,6 +133,9 @@ def _reply(wire: socket.socket, request: StopRequest) -> dict[str, Any]:
         if "note" in message:
             request.note(signed_note(str(message["note"]), by))
             return {"ok": True, "text": "noted"}
+        if "finding" in message:
+            request.find(by or "program", clean_note(str(message["finding"])))
+            return {"ok": True, "text": "taken"}
         after = message["stop"]
         request.ask(LEVELS[after], f"{by or 'bufferstand stop'} ({after})")
         return {"ok": True, "text": _answer(request, after)}

@@ -49,6 +49,7 @@ class StopRequest:
         self._reason = ""
         self._notes: deque[str] = deque()
         self._wishes: deque[str] = deque()
+        self._findings: deque[tuple[str, str]] = deque()
 
     def ask(self, level: StopLevel, reason: str) -> None:
         """Ask for a stop; the strongest wish counts, and its first reason is kept."""
@@ -77,6 +78,17 @@ class StopRequest:
     def note(self, text: str) -> None:
         """Hand over a note of the operator's."""
         self._notes.append(text)
+
+    def find(self, by: str, text: str) -> None:
+        """Hand over what a program beside the campaign has found in its data (the twin)."""
+        self._findings.append((by, text))
+
+    def take_findings(self) -> list[tuple[str, str]]:
+        """Return (and forget) what was found: by whom, and the text."""
+        taken: list[tuple[str, str]] = []
+        while self._findings:
+            taken.append(self._findings.popleft())
+        return taken
 
     def take_notes(self) -> list[str]:
         """Return (and forget) the notes that were handed over."""

@@ -31,8 +31,10 @@ if TYPE_CHECKING:
         shown,
     )
     from bufferstand.foundation.settings.physical import (
+        COEFFICIENT,
         COUNTS,
         CYCLES,
+        CYCLES_OR_NONE,
         DURATION_S,
         ENERGY_J,
         FACTOR,
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
         LENGTH_MM,
         LENGTH_SCALE_MM,
         LINE,
+        NOT_NEGATIVE,
         PER_K,
         REST_H,
         SCALE,
@@ -68,8 +71,10 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "COEFFICIENT",
     "COUNTS",
     "CYCLES",
+    "CYCLES_OR_NONE",
     "DURATION_S",
     "ENERGY_J",
     "FACTOR",
@@ -81,6 +86,7 @@ __all__ = [
     "LENGTH_MM",
     "LENGTH_SCALE_MM",
     "LINE",
+    "NOT_NEGATIVE",
     "PER_K",
     "REST_H",
     "SCALE",

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         model_of,
     )
     from bufferstand.model.identification.problem import (
+        START_SIGMA_K,
         STATE_RANGES,
         STATES,
         Experiment,
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
 __all__ = [
     "LAWS",
     "NAMES",
+    "START_SIGMA_K",
     "STATES",
     "STATE_RANGES",
     "Answer",

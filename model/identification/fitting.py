@@ -259,6 +259,15 @@ def estimates(solution: Solution, untold: Collection[str] = ()) -> list[Estimate
 
 def curve_spread(solution: Solution) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return F_l and F_u at the knots, and their standard deviations [kN], shape (n,) each."""
+    n = solution.problem.frame.points
+    base = np.concatenate(curves_at_knots(solution.problem.frame, solution.vector))
+    transform = curve_transform(solution)
+    spread = np.sqrt(np.einsum("ij,jk,ik->i", transform, solution.covariance, transform))
+    return (base[:n], base[n:]), (spread[:n], spread[n:])
+
+
+def curve_transform(solution: Solution) -> Floats:
+    """Return the derivative of F_l and then F_u at the knots by the free entries, shape (2 n, free)."""
     frame, vector = solution.problem.frame, solution.vector
     n = frame.points
     base = np.concatenate(curves_at_knots(frame, vector))
@@ -271,8 +280,7 @@ def curve_spread(solution: Solution) -> tuple[tuple[Floats, Floats], tuple[Float
             step = 1e-6 * scale[place]
             moved[place] += step
             transform[:, column] = (np.concatenate(curves_at_knots(frame, moved)) - base) / step
-    spread = np.sqrt(np.einsum("ij,jk,ik->i", transform, solution.covariance, transform))
-    return (base[:n], base[n:]), (spread[:n], spread[n:])
+    return transform
 
 
 def identified(problem: Problem, vector: Floats, free: Mask, correlation: float = 1.0) -> Mask:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from bufferstand.model.identification.fitting import (
     solve,
 )
 from bufferstand.model.identification.held_out import HeldOut, cross_validate
+from bufferstand.model.identification.known_parameters import uncertainty_of
 from bufferstand.model.identification.laws import LAWS, NAMES
 from bufferstand.model.identification.parameters import FixedParts, curves_of, model_of
 from bufferstand.model.identification.problem import Experiment, Problem
@@ -284,7 +285,10 @@ def _result(
     longer = _continued(solution, how)
     curves = curves_of(problem.frame, vector) if longer is None else longer.curves
     identified_in = _range(facts, problem.frame, longer, how)
-    model = model_of(problem.frame, vector, curves, valid_C, identified_in)
+    model = replace(
+        model_of(problem.frame, vector, curves, valid_C, identified_in),
+        fit=uncertainty_of(solution, held_out),
+    )
     checks = tuple(
         check
         for experiment, given in zip(problem.experiments, answers, strict=True)

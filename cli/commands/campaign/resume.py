@@ -16,6 +16,7 @@ from bufferstand.cli.options import (
     edits_choice,
     edits_options,
     monitor_option,
+    twin_option,
 )
 from bufferstand.foundation import BadInput
 
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     f"{JUDGED_TO_SPEED}.",
 )
 @monitor_option
+@twin_option
 @yes_move_option("specimen")
 @edits_options
 @click.option(
@@ -50,6 +52,7 @@ def command(
     simulate: bool,
     speed: float | None,
     monitor: Address | None,
+    twin: Path | None,
     yes_move: str | None,
     *,
     take_edits: bool,
@@ -82,7 +85,10 @@ def command(
         from bufferstand.cli.commands.campaign.plan import show_what_is_learned
         from bufferstand.cli.commands.campaign.run import finish, nothing_left
         from bufferstand.daq.campaign_folder import begun, left_to_do, load_record
+        from bufferstand.daq.twin import demand_known
 
+        if twin is not None:
+            demand_known(twin)
         choice = edits_choice(take_edits=take_edits, keep=keep)
         record = load_record(folder)
         if record is None:
@@ -113,6 +119,7 @@ def command(
         simulate=simulate,
         speed=pace,
         monitor=monitor,
+        twin=twin,
         consent=consent,
         edits=going.edits,
         awaits_stand=True,

@@ -10,7 +10,14 @@ import click
 
 from bufferstand.cli.arming import yes_move_option
 from bufferstand.cli.campaign import nothing_moved
-from bufferstand.cli.options import EXISTING, JUDGED_TO_SPEED, FiniteRange, monitor_option, out_option
+from bufferstand.cli.options import (
+    EXISTING,
+    JUDGED_TO_SPEED,
+    FiniteRange,
+    monitor_option,
+    out_option,
+    twin_option,
+)
 from bufferstand.foundation import BadInput, program
 
 if TYPE_CHECKING:
@@ -54,6 +61,7 @@ if TYPE_CHECKING:
     help="With --until: so long at most by the plan (default 8, at most 72).",
 )
 @monitor_option
+@twin_option
 @yes_move_option("specimen")
 def command(
     *,
@@ -65,6 +73,7 @@ def command(
     rounds: int | None,
     hours: float | None,
     monitor: Address | None,
+    twin: Path | None,
     yes_move: str | None,
 ) -> int:
     """Run a campaign with live progress; record one HDF5 file a run.
@@ -87,15 +96,25 @@ def command(
     with nothing_moved():
         from bufferstand.cli.campaign import consent_to_move, demand_begun_anew, perform, prepare
         from bufferstand.daq.campaign_folder import load_record
+        from bufferstand.daq.twin import demand_known
 
         until = _until(goal, rounds, hours)
+        if twin is not None:
+            demand_known(twin)
         prepared = prepare(campaign, rounds=1 if until is None else until.most_rounds)
         record = load_record(out)
         if record is not None:
             demand_begun_anew(record, out, simulate=simulate)
         consent = consent_to_move(prepared, out, None, simulate=simulate, speed=speed, yes_move=yes_move)
     outcome = perform(
-        prepared, out, simulate=simulate, speed=speed, monitor=monitor, consent=consent, until=until
+        prepared,
+        out,
+        simulate=simulate,
+        speed=speed,
+        monitor=monitor,
+        twin=twin,
+        consent=consent,
+        until=until,
     )
     return finish(outcome, out)
 

@@ -12,6 +12,8 @@ COMMANDS = {
     "next": "Which step to run next: what each admissible one would tell, for a minute of stand time.",
     "simulate": "Force, heat and temperature over a stroke history: a table and a picture.",
     "compare": "A model against measured runs: damping, end force, temperature, residuals, pictures.",
+    "twin": "Which cycles lie outside a fitted model's band, and what has moved: spring, zero, sensor.",
+    "specimens": "How fitted models of several specimens vary: mean and spread, new against used.",
     "train": "Vehicles with springs of their own models run into each other: forces, speeds, energies.",
     "export": "Hand a model on to multibody tools.",
     "paper": "The paper's figures from simulated runs, and a table of differences.",

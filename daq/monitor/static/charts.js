@@ -63,7 +63,7 @@ function fitted(element, make) {
 
 export class LoopChart {
   constructor(element, { pointed }) {
-    this.x = new Span(10); this.y = new Span(20); this.windows = []; this.zoom = null;
+    this.x = new Span(10); this.y = new Span(20); this.windows = []; this.band = null; this.zoom = null;
     const facets = [{ scale: "x", auto: true }, { scale: "y", auto: true }];
     this.chart = fitted(element, (size, parent) => new uPlot({
       mode: 2, ...size, legend: { show: false }, cursor: { show: false }, padding: [10, 14, 0, 0],
@@ -111,6 +111,15 @@ export class LoopChart {
   dot(u) {
     const c = u.ctx, r = devicePixelRatio;
     c.save();
+    if (this.band) {  // the twin's band round its newest cycle: one edge there, the other back
+      const { s, low, high } = this.band, at = (k, edge) => [u.valToPos(s[k], "x", true), u.valToPos(edge[k], "y", true)];
+      c.beginPath(); c.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height); c.clip();
+      c.fillStyle = css("--good"); c.globalAlpha = 0.25;
+      for (let k = 1; k < s.length; k++) {
+        c.beginPath(); c.moveTo(...at(k - 1, low)); c.lineTo(...at(k, low)); c.lineTo(...at(k, high)); c.lineTo(...at(k - 1, high)); c.closePath(); c.fill();
+      }
+      c.globalAlpha = 1; c.restore(); c.save();
+    }
     for (const w of this.windows) {  // what the requirement allows at a stroke: a bar with ends, an arrow where one is open
       const { min, max } = u.scales.y, x = u.valToPos(w.stroke_mm, "x", true);
       const low = u.valToPos(Math.max(w.lower_kN ?? min, min), "y", true), high = u.valToPos(Math.min(w.upper_kN ?? max, max), "y", true);

@@ -66,8 +66,14 @@ function draw(at) {
   const loops = state.sections.loops || [], before = loops.length ? [[], []] : [coarse.s, coarse.f];
   for (const one of loops) { before[0].push(...one.s, null); before[1].push(...one.f, null); }
   charts.loop.windows = (state.sections.windows || []).filter((w) => w.steps.includes(state.sections.now?.step));
+  const twin = state.sections.twin;
+  charts.loop.band = twin?.band && twin.step === state.sections.now?.step ? twin.band : null;
   charts.loop.show(before, [fine.s, fine.f], [fine.s[n - 1], fine.f[n - 1]]);
-  put("loop-legend", `bold: the last ${FINE_S} s. ${loops.length ? `Thin: the last ${loops.length} whole cycle${loops.length > 1 ? "s" : ""}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}`);
+  put("loop-legend", `bold: the last ${FINE_S} s. ${loops.length ? `Thin: the last ${loops.length} whole cycle${loops.length > 1 ? "s" : ""}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
+  document.body.dataset.band = String(charts.loop.band?.s.length || 0);
+  const moved = twin?.alarms.at(-1);
+  put("twin", moved ? `Twin, step ${moved.step}: ${moved.sentence}.` : twin ? `Twin: ${twin.judged} cycles compared with “${twin.model}”, none of its alarms.` : "");
+  $("twin").classList.toggle("bad", Boolean(moved));
   traces.showRows(coarse.t, coarse.s, coarse.f, now);
   document.body.dataset.redraws = String(Number(document.body.dataset.redraws || 0) + 1);
   document.body.dataset.points = String(charts.loop.points);
