@@ -18,8 +18,10 @@ from bufferstand.evaluation.gaps.stroke_numbers import Numbering, numbering_of
 from bufferstand.evaluation.gaps.warnings import (
     between_warnings,
     coarse_warnings,
+    hole_notes,
     hole_warnings,
     with_gap_limits,
+    with_minor_gaps,
 )
 from bufferstand.evaluation.loops import CutLoops, InertiaForce, correct_inertia
 from bufferstand.evaluation.quantities import evaluate_cycles
@@ -58,6 +60,16 @@ class CyclesOfRecord:
         between = between_warnings(self.record, self.results, self.gaps)
         coarse = coarse_warnings(self.results, self.gaps)
         return [*notes, *holes, *between, *coarse, *self.numbering.warnings]
+
+    @property
+    def notes(self) -> list[str]:
+        """Those of the warnings that ask nobody to do anything."""
+        return hole_notes(self.record, self.holes)
+
+    @property
+    def slightly_bridged(self) -> list[CycleResult]:
+        """Cycles in which what is bridged may change next to nothing, each with the warning of that alone."""
+        return with_minor_gaps(self.results, self.gaps)
 
 
 def found_in(

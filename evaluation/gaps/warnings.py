@@ -10,25 +10,43 @@ from bufferstand.evaluation.gaps.bridging import RecordGap
 from bufferstand.evaluation.record import Record, describe
 
 _NEGLIGIBLE = 1e-5
+_MINOR = 1e-4
+"""What a hole may change by less than this share is far below any U: nobody needs to act on it."""
 MOST_HOLES = 10
 """Holes that are named one by one in the warnings of a run; the rest are counted."""
 
 
 def hole_warnings(record: Record, holes: Sequence[RecordGap]) -> list[str]:
     """Return what is said of the holes of a record, by what they are taken for."""
-    kinds = (
-        (
-            "rest without samples (stroke and force are the same before and after)",
-            [h for h in holes if h.rest],
-        ),
-        ("interpolated across", [h for h in holes if not (h.rest or h.wide)]),
-        ("not on record, and too long to be interpolated", [h for h in holes if h.wide]),
-    )
-    warnings = [f"{what}: {_named([hole.text for hole in own])}" for what, own in kinds if own]
+    rest, wide = [h for h in holes if h.rest], [h for h in holes if h.wide]
+    warnings = []
+    if rest:
+        what = "rest without samples (stroke and force are the same before and after)"
+        warnings.append(f"{what}: {_named([hole.text for hole in rest])}")
+    warnings += _interpolated([h for h in holes if not (h.rest or h.wide)])
+    if wide:
+        what = "not on record, and too long to be interpolated"
+        warnings.append(f"{what}: {_named([hole.text for hole in wide])}")
+    return [*warnings, *_harmless(record, holes)]
+
+
+def hole_notes(record: Record, holes: Sequence[RecordGap]) -> list[str]:
+    """Return those of :func:`hole_warnings` that ask nobody to do anything.
+
+    What has no effect on any figure, and the list of what was interpolated across: where that may change a
+    figure, the cycle concerned says so itself.
+    """
+    bridged = _interpolated([hole for hole in holes if not (hole.rest or hole.wide)])
+    return [*bridged, *_harmless(record, holes)]
+
+
+def _interpolated(holes: Sequence[RecordGap]) -> list[str]:
+    return [f"interpolated across: {_named([hole.text for hole in holes])}"] if holes else []
+
+
+def _harmless(record: Record, holes: Sequence[RecordGap]) -> list[str]:
     harmless = [d for d in record.defects if not any(h.start_s <= d.start_s <= h.end_s for h in holes)]
-    if harmless:
-        warnings.append(f"of no effect on any figure: {describe(harmless, MOST_HOLES)}")
-    return warnings
+    return [f"of no effect on any figure: {describe(harmless, MOST_HOLES)}"] if harmless else []
 
 
 def _named(texts: Sequence[str]) -> str:
@@ -83,13 +101,29 @@ def coarse_warnings(results: Sequence[CycleResult], gaps: GapBounds) -> list[str
     return [f"cycles have few samples: what lies between them may change {most}, and is part of U"]
 
 
-def _note(gaps: GapBounds, result: CycleResult) -> tuple[str, ...]:
-    """Return what is bridged in a cycle that is evaluated, and what that may change; nothing beside one."""
-    holes, limits = gaps.holes.get(result.cycle.index, ()), gaps.limits[result.cycle.index]
-    if not holes:
-        return ()
+def with_minor_gaps(results: Sequence[CycleResult], gaps: GapBounds) -> list[CycleResult]:
+    """Return the cycles in which what is bridged may change next to nothing, each with only this warning."""
+    return [
+        result._replace(warnings=_note(gaps, result))
+        for result in results
+        if result.cycle.complete and result.cycle.index in gaps.limits and max(_shares(gaps, result)) < _MINOR
+    ]
+
+
+def _shares(gaps: GapBounds, result: CycleResult) -> tuple[float, float]:
+    """Return by which shares what is bridged may change absorbed energy and stroke."""
+    limits = gaps.limits[result.cycle.index]
     energy = abs(limits["absorbed_energy_J"] / (result.quantities.absorbed_energy_J or float("inf")))
     stroke = max(abs(limits["stroke_min_mm"]), abs(limits["stroke_max_mm"])) / result.cycle.range_mm
+    return energy, stroke
+
+
+def _note(gaps: GapBounds, result: CycleResult) -> tuple[str, ...]:
+    """Return what is bridged in a cycle that is evaluated, and what that may change; nothing beside one."""
+    holes = gaps.holes.get(result.cycle.index, ())
+    if not holes:
+        return ()
+    energy, stroke = _shares(gaps, result)
     inside = [h for h in holes if h.end_s > result.cycle.start_s and h.start_s < result.cycle.end_s]
     if not inside and max(energy, stroke) < _NEGLIGIBLE:
         return ()

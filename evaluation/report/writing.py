@@ -30,6 +30,7 @@ from bufferstand.evaluation.report.source import (
     read_source,
     side_by_side,
 )
+from bufferstand.evaluation.wording import Language
 from bufferstand.foundation import BadInput, how_to_add
 from bufferstand.foundation.files import check_outputs, replaced_whole
 
@@ -294,7 +295,8 @@ def _write(
             )
         )
     state = "draft of report" if content.missing else "report"
-    files = {kind: _bytes_of(one, key, f"{state} {content.report_id}") for kind, one in rendered.items()}
+    reason = f"{state} {content.report_id}"
+    files = {kind: _bytes_of(one, key, reason, content.language) for kind, one in rendered.items()}
     written = []
     _make_folder(out)
     try:
@@ -311,10 +313,10 @@ def _write(
     return written
 
 
-def _bytes_of(rendered: _Rendered, key: SigningKey | None, reason: str) -> bytes:
+def _bytes_of(rendered: _Rendered, key: SigningKey | None, reason: str, language: Language) -> bytes:
     """Return a rendered report as it is written: the PDF signed, where there is a key."""
     if isinstance(rendered, bytes):
         return rendered
     if key is None:
         return rendered.pdf
-    return signed(rendered.pdf, key, reason=reason, line=rendered.signing_line)
+    return signed(rendered.pdf, key, reason=reason, line=rendered.signing_line, language=language)

@@ -35,10 +35,12 @@ def notes_of(
     facts: RunFacts,
     results: Sequence[CycleResult],
     requirements: Sequence[RequirementResult],
+    bridged: Sequence[str],
 ) -> tuple[str, ...]:
     """Return those of a run's warnings that nobody needs to act on.
 
-    The lead-in and lead-out of a harmonic motion are planned; what a requirement lacks is said with it.
+    The lead-in and lead-out of a harmonic motion are planned; what a requirement lacks is said with it; a few
+    lost samples that change next to nothing are part of U.
 
     Parameters
     ----------
@@ -46,6 +48,8 @@ def notes_of(
         All warnings of the run.
     facts, results, requirements
         Of the same run.
+    bridged : sequence of str
+        What is said of holes that may change no figure, or next to nothing.
 
     Returns
     -------
@@ -53,7 +57,7 @@ def notes_of(
         In the order of ``warnings``.
     """
     planned = [one for one in (results[0], results[-1]) if is_lead(one.cycle)] if results else []
-    known = {*requirement_warnings(requirements)}
+    known = {*requirement_warnings(requirements), *bridged}
     if facts.kind == "harmonic":
         known |= {*cycle_warnings(planned), *(text for one in planned for text in cycle_warnings([one]))}
     return tuple(text for text in warnings if text in known)

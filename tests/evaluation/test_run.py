@@ -92,6 +92,21 @@ def test_defects_are_warned_of_and_bridged_where_they_are_short() -> None:
     )
 
 
+def test_lost_samples_that_change_next_to_nothing_are_notes() -> None:
+    time, stroke, force = ELLIPSE.columns(1.0, 500.0, 6.5)
+    few, many = force.copy(), force.copy()
+    few[1700:1701] = np.nan
+    many[1700:1712] = np.nan
+    slight = evaluate_run(make_record(time, stroke, few), FACTS)
+    bridged = [text for text in slight.warnings if "interpolated across" in text]
+    assert len(bridged) == 2
+    assert set(bridged) <= set(slight.notes)
+    told = evaluate_run(make_record(time, stroke, many), FACTS)
+    (cycle,) = [t for t in told.warnings if t.startswith("cycle") and "interpolated across" in t]
+    assert cycle not in told.notes
+    assert [t for t in told.notes if t.startswith("interpolated across: ")]
+
+
 def test_empty_and_still_records() -> None:
     nothing = np.zeros(0)
     empty = evaluate_run(Record(nothing, nothing, nothing), replace(FACTS, problems=("no samples",)))

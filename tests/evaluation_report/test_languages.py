@@ -14,8 +14,10 @@ import openpyxl
 import pytest
 
 from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.figures.trends import TrendSeries
 from bufferstand.evaluation.report.build import build_content
 from bufferstand.evaluation.report.content import Cell, Content, Picture, Table
+from bufferstand.evaluation.report.pictures.trends import _warned
 from bufferstand.evaluation.report.rendering.html import render_html
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.evaluation.report.source.fields import ReportFields, read_fields
@@ -256,3 +258,17 @@ def test_fields_of_a_user_stay_as_they_are(report: Made) -> None:
     html = render_html(build_content(source), ["<svg/>"] * len(report.content.pictures()))
     assert "Painted grey, again by hand." in html
     assert "Force and Sons" in html
+
+
+def test_a_warning_of_one_series_alone_is_told_in_the_language() -> None:
+    """A caption that names the series before its warning kept the warning in English."""
+    confounded = "confounded: temperature differs by 1.1 K between the runs"
+    one, two = (
+        TrendSeries(name, np.zeros(2), np.zeros(2), np.zeros(2)) for name in ("20 ± 20 mm", "40 ± 40 mm")
+    )
+    (caption,) = _warned([({}, one), ({"warnings": [confounded]}, two)])
+    assert caption == f"40 ± 40 mm: {confounded}."
+    assert "vermengt: Die Temperatur" in Language("de").say(caption)
+    (shared,) = _warned([({"warnings": [confounded]}, one), ({"warnings": [confounded]}, two)])
+    assert shared == f"C{confounded[1:]}."
+    assert "ermengt: Die Temperatur" in Language("de").say(shared)

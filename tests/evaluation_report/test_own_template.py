@@ -114,6 +114,7 @@ HEAD = '{% extends "bufferstand/report.html.j2" %}\n'
         ),
         ("report.html.j2", HEAD + "{% block top %}{% include 'x' %}{% endblock %}", "line 2: x"),
         ("report.typ", "#let x = 1\n", "line 1: it does not define “blocks”"),
+        ("report.typ", "#let blocks = (style: (r, s) => block(s))\n", "pagebreaks are not allowed inside"),
         (
             "report.typ",
             "#let blocks = (tpo: (r, s) => s)\n",
@@ -171,3 +172,34 @@ def test_report_toml_names_the_folder_relative_to_itself(tmp_path: Path) -> None
     (tmp_path / "report.toml").write_text('template = "letterhead"\n', "utf-8")
     assert read_fields(tmp_path / "report.toml").template == str(tmp_path / "letterhead")
     assert read_own_template("") is None
+
+
+SHOWING = (
+    "#let blocks = (style: (report, shipped) => { show heading: set text(fill: red); shipped })",
+    "#let blocks = (style: (report, shipped) => { set page(background: rect(fill: luma(97%))); shipped })",
+)
+HIDING = {
+    "dropped": "[nothing]",
+    "hidden": "hide(shipped)",
+    "on another page": "{ pagebreak(weak: false); [mine]; pagebreak(); shipped }",
+    "of the colour of its ground": '{ show text: set text(fill: rgb("#f3f5f7")); shipped }',
+    "faint": "{ show text: set text(fill: luma(85%)); shipped }",
+    "covered": "{ set page(foreground: rect(width: 100%, height: 100%, fill: white)); shipped }",
+}
+
+
+@pytest.mark.parametrize("how", HIDING)
+def test_a_template_that_hides_the_statement_is_refused(short: Content, tmp_path: Path, how: str) -> None:
+    own = with_files(
+        short, tmp_path, {"report.typ": f"#let blocks = (style: (report, shipped) => {HIDING[how]})\n"}
+    )
+    with pytest.raises(BadInput) as refused:
+        render_pdf(own, ())
+    said = str(refused.value)
+    assert "report.typ" in said
+    assert "does not show the statement" in said
+
+
+@pytest.mark.parametrize("text", SHOWING)
+def test_a_template_that_shows_the_statement_is_taken(short: Content, tmp_path: Path, text: str) -> None:
+    render_pdf(with_files(short, tmp_path, {"report.typ": text + "\n"}), ())

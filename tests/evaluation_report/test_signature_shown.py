@@ -14,6 +14,7 @@ from bufferstand.evaluation.report.content import SigningLine
 from bufferstand.evaluation.report.rendering import typeset_pdf
 from bufferstand.evaluation.report.signing import open_key, signed
 from bufferstand.evaluation.report.signing.appearance import drawing
+from bufferstand.evaluation.wording import LANGUAGES, Language
 from tests.evaluation_report import keys
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.signed_reports import SignedReport
@@ -81,3 +82,9 @@ def test_without_a_line_it_is_on_no_page(sealed: SignedReport) -> None:
 
 def test_the_box_lies_above_the_line() -> None:
     assert SigningLine(1, 100.0, 250.0, 200.0).box == (100, 201, 250, 227)
+
+
+def test_what_it_shows_is_in_the_language_of_the_report() -> None:
+    own = {code: drawing("", 150.0, Language(code)) for code in LANGUAGES}
+    assert own["en"] == drawing("", 150.0)
+    assert len(set(own.values())) == len(LANGUAGES)

@@ -58,6 +58,14 @@ def test_only_a_value_is_parted_from_its_u_and_never_a_label_or_a_span() -> None
     ]
 
 
+def test_a_power_of_ten_is_a_number() -> None:
+    rows = ((Cell("−2.45 × 10⁻⁵", "number"),), (Cell("1.00 × 10⁻¹²", "number"),))
+    book = openpyxl.load_workbook(io.BytesIO(render_workbook(content(Table("t", (Column("c"),), rows)))))
+    values = [cell for row in book.worksheets[0].iter_rows() for cell in row if isinstance(cell.value, float)]
+    assert [cell.value for cell in values] == [-2.45e-5, 1e-12]
+    assert {cell.number_format for cell in values} == {"0.00E+00"}
+
+
 def test_the_same_content_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     first = render_workbook(content(TABLE))
     monkeypatch.setattr("time.time", lambda: 2e9)

@@ -69,6 +69,8 @@ class Table:
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
+    concludes: bool = False
+    """Whether the last column says what each row comes to: on a phone it must be seen, whatever it says."""
 
     def __post_init__(self) -> None:
         for row in self.rows:
@@ -362,7 +364,7 @@ def _table(table: Table) -> dict[str, Any]:
             for number, column in enumerate(table.columns)
         ],
         "rows": [[notes.cell(cell) for cell in row] for row in table.rows],
-        "judged": any(cell.tone in _JUDGED for row in table.rows for cell in row),
+        "judged": table.concludes or any(cell.tone in _JUDGED for row in table.rows for cell in row),
         "note": table.note,
         "footnotes": notes.entries(),
     }

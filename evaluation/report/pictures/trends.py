@@ -79,16 +79,16 @@ def _warned(series: Sequence[tuple[Mapping[str, Any], TrendSeries]]) -> list[str
             labels.setdefault(warning, []).append(one.label)
     return [
         _sentence(
-            warning
+            capital(warning.rstrip("."))
             if len(of) == len(series)
-            else said("{named}: {text}", named=joined(", ", of), text=warning)
+            else said("{named}: {text}", named=joined(", ", of), text=warning.rstrip("."))
         )
         for warning, of in labels.items()
     ]
 
 
 def _sentence(text: str) -> str:
-    return said("{text}.", text=capital(text.rstrip(".")))
+    return said("{text}.", text=text)
 
 
 def _slope_text(trend: Mapping[str, Any], unit: str) -> str:

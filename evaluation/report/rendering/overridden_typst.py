@@ -53,6 +53,8 @@ def typst_refusal(own: OwnTemplate | None, error: Any) -> Exception:
         _, marked, told = said.partition("own template: ")
         if marked:
             return _refused(own.folder / TYPST, None, told.rstrip('"'))
+        # Without it the shipped template sets every report: what fails with it is what it makes of a block.
+        return _refused(own.folder / TYPST, None, said)
     return RuntimeError(f"typst could not set the report: {said}")
 
 
@@ -63,6 +65,16 @@ def typst_warned(own: OwnTemplate | None, warnings: Sequence[Any]) -> Exception:
         places = [place for warning in warnings for place in _AT.findall(str(warning.diagnostic))]
         return _refused(own.folder / TYPST, int(places[0]) if places else None, said)
     return RuntimeError(f"typst warned: {said}")
+
+
+def typst_hides_statement(own: OwnTemplate | None) -> BadInput:
+    """Return what to raise when an own template hides the statement of the first page."""
+    assert own is not None
+    return BadInput(
+        "with it the first page does not show the statement: verdict and reason",
+        file=own.folder / TYPST,
+        remedy=f"let “style” show all of what is shipped, in a colour that stands out; {HOW}",
+    )
 
 
 def _refused(file: Path, line: int | None, problem: str) -> BadInput:

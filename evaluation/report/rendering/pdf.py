@@ -14,14 +14,24 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
-from bufferstand.evaluation.report.content import UNBROKEN, Attachment, Content, SigningLine, moment_of
+from bufferstand.evaluation.report.content import (
+    UNBROKEN,
+    Attachment,
+    Content,
+    SigningLine,
+    VerdictLine,
+    moment_of,
+)
 from bufferstand.evaluation.report.rendering.frame import frame_words
 from bufferstand.evaluation.report.rendering.overridden_typst import (
+    TYPST,
     TYPST_BLOCKS,
     lay_out,
+    typst_hides_statement,
     typst_refusal,
     typst_warned,
 )
+from bufferstand.evaluation.report.rendering.statement_shown import DOTS_PER_INCH, statement_shown
 from bufferstand.foundation import BadInput, how_to_add
 
 _FONTS = Path(mpl.get_data_path()) / "fonts" / "ttf"
@@ -66,7 +76,7 @@ def typeset_pdf(
     ------
     BadInput
         If typst is not installed, the font lacks a letter (it would be printed as a box), or the laboratory's
-        own template is none, with its file and line.
+        own template is none, with its file and line, or hides the statement of the first page.
     RuntimeError
         If the typesetter warns or fails.
     """
@@ -87,13 +97,28 @@ def typeset_pdf(
                 pdf_standards="a-3b",
             )
             ends = json.loads(compiler.query("<signing-line>", field="value"))
+            hidden = _may_hide(content) and not _shows_statement(compiler)
         except typst.TypstError as error:
             raise typst_refusal(content.template, error) from error
     if warnings:
         raise typst_warned(content.template, warnings)
+    if hidden:
+        raise typst_hides_statement(content.template)
     if not isinstance(pdf, bytes):
         raise RuntimeError(f"typst returned {type(pdf).__name__} instead of one document")
     return TypesetReport(pdf, _signing_line(ends))
+
+
+def _may_hide(content: Content) -> bool:
+    """Say whether a template that is not ours sets a statement."""
+    own = content.template is not None and content.template.text(TYPST) is not None
+    return own and any(isinstance(block, VerdictLine) for block in content.certificate)
+
+
+def _shows_statement(compiler: Any) -> bool:
+    corners = json.loads(compiler.query("<statement>", field="value"))
+    drawn = compiler.compile(format="png", ppi=DOTS_PER_INCH)
+    return statement_shown(corners, [drawn] if isinstance(drawn, bytes) else drawn)
 
 
 def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachment], folder: Path) -> None:

@@ -16,6 +16,8 @@ from bufferstand.evaluation.wording import ENGLISH, Language, said
 _LONGEST_NAME = 31
 _NOT_IN_NAMES = re.compile(r"[\[\]:*?/\\]")
 _NUMBER = re.compile(r"-?\d+(?:\.(\d+))?")
+_POWER = re.compile(r"(-?\d\.\d+) × 10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
+_LOWERED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _PLUS_MINUS = " ± "
 _VALUES = frozenset({"number", "open"})
 """Tones of a measured value; ``open`` is one in doubt."""
@@ -124,6 +126,10 @@ def _put(sheet: Any, row: int, column: int, text: str, font: Any = None, languag
     if font is None and (number := _NUMBER.fullmatch(plain)):
         cell.value = float(plain) if number[1] else int(plain)
         cell.number_format = "0." + "0" * len(number[1]) if number[1] else "0"
+        return cell
+    if font is None and (power := _POWER.fullmatch(plain)):
+        cell.value = float(f"{power[1]}e{power[2].translate(_LOWERED)}")
+        cell.number_format = "0." + "0" * (len(power[1].lstrip("-")) - 2) + "E+00"
         return cell
     cell.value = fit_for_excel(text) or None
     if cell.data_type == "f":

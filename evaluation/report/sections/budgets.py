@@ -33,6 +33,7 @@ _NO_BUDGET = said("this run has no budget of it")
 _MANY = said("one line for several inputs: there is no single sensitivity")
 _NONE = said("no error of this kind, or it does not reach this result")
 _OWN = said("another one for each result")
+_RAISED = str.maketrans("0123456789−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _NOTHING = 1e-9
 """A share of the result that is rounding, no contribution."""
 _AS_GOOD_AS_INFINITE = 1e4
@@ -187,8 +188,15 @@ def _number(value: Any) -> Cell:
     if number is None:
         return Cell(DASH, "missing", _NONE)
     if number != 0.0 and abs(number) < 1e-3:
-        return Cell(f"{number:.2e}".replace("-", "−"), "number")
+        return Cell(_with_power(number), "number")
     return Cell(significant(number, 3), "number")
+
+
+def _with_power(number: float) -> str:
+    """Return a small number with three digits and a power of ten, as typeset: ``2.45 × 10⁻⁵``."""
+    mantissa, exponent = f"{number:.2e}".split("e")
+    power = str(int(exponent)).replace("-", "−").translate(_RAISED)
+    return numeral(f"{mantissa.replace('-', '−')} × 10{power}")
 
 
 def _percent(part: float, value: float) -> Cell:

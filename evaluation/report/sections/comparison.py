@@ -301,6 +301,7 @@ def _differences(sides: ComparedSpecimens, rows: Sequence[ComparedFigures]) -> T
             Column(said("Difference is")),
         ),
         tuple(cells),
+        concludes=True,
     )
 
 

@@ -20,7 +20,6 @@ from bufferstand.evaluation.report.content import (
 from bufferstand.evaluation.report.sections.identity import stand_sheet
 from bufferstand.evaluation.report.source import ReportRun, ReportSource, runs_text
 from bufferstand.evaluation.wording import said
-from bufferstand.foundation import duration_text
 
 _ROLES = (("specimen", said("Temperature of the specimen")), ("ambient", said("Temperature of the air")))
 _READ = (
@@ -28,6 +27,9 @@ _READ = (
     ("pause-limit", said("Longest pause between static cycles"), "s", max),
     ("speed-limit", said("Greatest speed of static cycles"), "mm/s", max),
 )
+"""Conditions of a requirement: here of the runs alone that no statement of conformity gives them for."""
+_MOST_OF_A_UNIT = 120.0
+"""From so many seconds or minutes on, a duration is said in the next unit."""
 
 
 def conditions_section(source: ReportSource) -> Section:
@@ -89,7 +91,7 @@ def _required(
     found = [
         (run.number, value)
         for run in source.runs
-        for requirement in run.requirements
+        for requirement in (() if run.stated else run.requirements)
         if requirement["id"] == identifier and (value := usable(requirement.get("measured"))) is not None
     ]
     if not found:
@@ -127,7 +129,16 @@ def _between_runs(source: ReportSource) -> _Row:
     # Runs of a stand that is simulated faster than real time overlap on the clock on the wall.
     if not pauses or (longest := max(pauses)) < 0.0:
         return None
-    return _row(words, Cell(duration_text(longest), "number"), "–", [run.number for run in source.runs])
+    value, unit = _in_unit(longest)
+    return _row(words, Cell(fixed(value, 1), "number"), unit, [run.number for run in source.runs])
+
+
+def _in_unit(duration_s: float) -> tuple[float, str]:
+    """Return a duration in the unit in which it is a number of at most three digits, up to weeks."""
+    if duration_s < _MOST_OF_A_UNIT:
+        return duration_s, "s"
+    minutes = duration_s / 60.0
+    return (minutes, "min") if minutes < _MOST_OF_A_UNIT else (minutes / 60.0, "h")
 
 
 def _pause_s(one: ReportRun, two: ReportRun) -> float | None:

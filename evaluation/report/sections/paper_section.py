@@ -76,6 +76,7 @@ def paper_section(source: ReportSource) -> Section | None:
         ),
         tuple(rows),
         note=_NOTE,
+        concludes=True,
     )
     texts = (_EXPLANATION, _SIMULATED) if any(run.simulated for run in runs) else (_EXPLANATION,)
     return Section("paper", said("Comparison with the paper’s figures"), (Texts(texts), table))

@@ -156,14 +156,20 @@ def _strokes(source: ReportSource) -> Table | None:
                     _off(run, row),
                 )
             )
-    heads = (said("Run"), said("Asked mm"), said("Commanded mm"), said("Reached mm"), said("Off"))
+    heads = (
+        (said("Run"), ""),
+        (said("Asked"), "mm"),
+        (said("Commanded"), "mm"),
+        (said("Reached"), "mm"),
+        (said("Off"), ""),
+    )
     note = said(
         "Mean ± amplitude of a sine, or the stroke at which a slow one turns: of the piston as "
         "commanded last, of the specimen as it was reached in the last full cycle. Cycles that are "
         "named were off by more than the campaign states. Where the piston’s stroke was asked for, "
         "what the plan expected of the specimen stands in place of a deviation."
     )
-    columns = tuple(Column(head) for head in heads)
+    columns = tuple(Column(head, unit) for head, unit in heads)
     return (
         Table(said("Strokes asked, commanded and reached"), columns, tuple(rows), note=note) if rows else None
     )
@@ -239,11 +245,17 @@ def _forces(source: ReportSource) -> Table | None:
                     Cell(off, "bad" if row["cycles_off"] else "text"),
                 )
             )
-    heads = (said("Run"), said("Asked kN"), said("Reached kN"), said("Tolerance kN"), said("Off"))
+    heads = (
+        (said("Run"), ""),
+        (said("Asked"), "kN"),
+        (said("Reached"), "kN"),
+        (said("Tolerance"), "kN"),
+        (said("Off"), ""),
+    )
     note = said(
         "Reached in the last cycle. Cycles that are named turned further from a force than the tolerance."
     )
-    columns = tuple(Column(head) for head in heads)
+    columns = tuple(Column(head, unit) for head, unit in heads)
     return Table(said("Forces asked and reached"), columns, tuple(rows), note=note) if rows else None
 
 

@@ -13,13 +13,16 @@ from matplotlib.ft2font import FT2Font
 from matplotlib.path import Path as Outline
 from matplotlib.textpath import TextPath
 
+from bufferstand.evaluation.wording import ENGLISH, Language, said
+
 _FONT = Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
-_LINES = ((17.0, 6.0, "Signed digitally by"), (5.0, 10.0, ""))
-"""Baseline and size of each line [pt]; the second is the name."""
+_SIGNED_BY = said("Signed digitally by")
+_LINES = ((17.0, 6.0), (5.0, 10.0))
+"""Baseline and size of each line [pt]: that it is signed, and the name."""
 _INK = "0.09 0.095 0.11 rg"
 
 
-def drawing(name: str, width_pt: float) -> bytes:
+def drawing(name: str, width_pt: float, language: Language = ENGLISH) -> bytes:
     """Return what is drawn into the box of a signature, as operators of a PDF's content.
 
     Parameters
@@ -28,11 +31,12 @@ def drawing(name: str, width_pt: float) -> bytes:
         Whose signature it is; a name with letters that the font lacks is left out.
     width_pt : float
         Width of the box [pt]; a longer name is set smaller.
+    language : Language
+        That of the report.
     """
     known = FT2Font(str(_FONT)).get_charmap()
     parts = [_INK]
-    for base_pt, size_pt, words in _LINES:
-        text = words or name
+    for (base_pt, size_pt), text in zip(_LINES, (language.say(_SIGNED_BY), name), strict=True):
         if all(ord(letter) in known for letter in text) and text.strip():
             outline = TextPath((0.0, 0.0), text, size=size_pt, prop=FontProperties(fname=_FONT))
             wide = float(outline.get_extents().x1)

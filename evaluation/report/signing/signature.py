@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bufferstand.evaluation.report.content import SigningLine
 from bufferstand.evaluation.report.signing.appearance import drawing
 from bufferstand.evaluation.report.signing.keys import SigningKey
+from bufferstand.evaluation.wording import ENGLISH, Language
 from bufferstand.foundation import BadInput
 
 if TYPE_CHECKING:
@@ -17,7 +18,14 @@ if TYPE_CHECKING:
 FIELD_NAME = "Signature"
 
 
-def signed(pdf: bytes, key: SigningKey, *, reason: str = "", line: SigningLine | None = None) -> bytes:
+def signed(
+    pdf: bytes,
+    key: SigningKey,
+    *,
+    reason: str = "",
+    line: SigningLine | None = None,
+    language: Language = ENGLISH,
+) -> bytes:
     """Return a PDF with a signature that covers all of it.
 
     The unsigned bytes are the beginning of the signed ones: what can be made again from the same runs can be
@@ -34,6 +42,8 @@ def signed(pdf: bytes, key: SigningKey, *, reason: str = "", line: SigningLine |
         Why it is signed, as PDF readers show it.
     line : SigningLine or None
         Where the signature is shown; None: nowhere on the pages.
+    language : Language
+        In which it is shown: that of the report.
 
     Returns
     -------
@@ -60,7 +70,7 @@ def signed(pdf: bytes, key: SigningKey, *, reason: str = "", line: SigningLine |
         signer_key_usage={"digital_signature", "non_repudiation"},
     )
     writer = IncrementalPdfFileWriter(io.BytesIO(pdf + b"\n"))
-    field, style = (None, None) if line is None else _shown(key.name, line)
+    field, style = (None, None) if line is None else _shown(key.name, line, language)
     try:
         out = signers.PdfSigner(what, key.signer, stamp_style=style, new_field_spec=field).sign_pdf(
             writer, output=io.BytesIO()
@@ -77,7 +87,7 @@ def signed(pdf: bytes, key: SigningKey, *, reason: str = "", line: SigningLine |
     return whole
 
 
-def _shown(name: str, line: SigningLine) -> tuple[SigFieldSpec, StaticStampStyle]:
+def _shown(name: str, line: SigningLine, language: Language) -> tuple[SigFieldSpec, StaticStampStyle]:
     """Return the field above the line, and what it shows."""
     from pyhanko.pdf_utils.content import RawContent  # noqa: PLC0415 - an extra
     from pyhanko.pdf_utils.layout import (  # noqa: PLC0415
@@ -91,7 +101,7 @@ def _shown(name: str, line: SigningLine) -> tuple[SigFieldSpec, StaticStampStyle
 
     box = line.box
     width, height = box[2] - box[0], box[3] - box[1]
-    content = RawContent(drawing(name, width), box=BoxConstraints(width=width, height=height))
+    content = RawContent(drawing(name, width, language), box=BoxConstraints(width=width, height=height))
     field = SigFieldSpec(FIELD_NAME, on_page=line.page - 1, box=box)
     whole = SimpleBoxLayoutRule(
         x_align=AxisAlignment.ALIGN_MIN, y_align=AxisAlignment.ALIGN_MIN, margins=Margins(0, 0, 0, 0)
