@@ -85,6 +85,7 @@ SLOW = (
     "tests/evaluation/plausibility/test_frozen.py",
     "tests/evaluation/plausibility/test_held.py",
     "tests/evaluation/plausibility/test_jumps.py",
+    "tests/evaluation/plausibility/test_moved_contact.py",
     "tests/evaluation/plausibility/test_ringing.py",
     "tests/evaluation/plausibility/test_scale_and_signs.py",
     "tests/evaluation/plausibility/test_spikes.py",
