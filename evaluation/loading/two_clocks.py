@@ -212,8 +212,6 @@ def _stretch(
 
 
 def _line(moving: list[_Stretch], span_s: float) -> tuple[float, float, float, float]:
-    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and needed for a second clock only
-
     at_s = np.array([one.at_s for one in moving])
     late_s = np.array([one.late_s for one in moving])
     weight = np.array([one.weight for one in moving])

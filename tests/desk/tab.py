@@ -10,6 +10,15 @@ import pytest
 PHONE = {"viewport": {"width": 390, "height": 844}, "is_mobile": True, "has_touch": True}
 WIDE = {"viewport": {"width": 1300, "height": 900}}
 WAIT_S = 180.0
+LISTEN = """
+window.heard = [];
+document.addEventListener("DOMContentLoaded", () => {
+  const place = document.getElementById("said");
+  const listener = new MutationObserver(() => window.heard.push(place.textContent));
+  if (place) listener.observe(place, { childList: true });
+});
+"""
+"""Keeps all that a page says: the next message may take the place of one before a test looks."""
 
 
 class Tab:
@@ -17,6 +26,7 @@ class Tab:
 
     def __init__(self, browser: Any, url: str, **options: Any) -> None:
         self.context = browser.new_context(**options)
+        self.context.add_init_script(LISTEN)
         self.tab = self.context.new_page()
         self.requests: list[str] = []
         self.complaints: list[str] = []
@@ -57,6 +67,10 @@ class Tab:
     def says(self, text: str) -> None:
         """Wait until the page has a text."""
         self.wait(f"document.body?.innerText.includes({text!r})")
+
+    def has_said(self, text: str) -> None:
+        """Wait until the page has said something since it was opened, whatever it says by now."""
+        self.wait(f"window.heard?.some(said => said.includes({text!r}))")
 
     def width(self) -> int:
         """Return how wide the page is, with what is to be scrolled to."""

@@ -187,13 +187,13 @@ def stopped_and_resumed(it: Technician, desk: Served, folder: str, size: Any) ->
     record = desk.folder / folder / "campaign.json"
     it.wait("document.querySelector('.steps .running')?.parentElement.innerText.includes('first')")
     it.push("[data-after=cycle]")
-    it.says("stopping after the cycle")
+    it.has_said("stopping after the cycle")
     it.wait("document.querySelector('[data-status]').dataset.status === 'stopped'")
     assert json.loads(record.read_text())["stopped_by"] == "operator"
     it.look("stopped", size)
     it.fill(specimen="B-77")
     it.push("#resume")
-    it.says("It goes on.")
+    it.has_said("It goes on.")
     it.wait("document.querySelector('[data-status]').dataset.status === 'complete'", 300.0)
     assert re.search("checklist ticked: hall clear", (record.parent / "notes.jsonl").read_text())
 

@@ -31,6 +31,7 @@ def given(*words: str | Path) -> int:
     return code
 
 
+@pytest.mark.dose(32)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_verify_refuses_no_command_reads(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
