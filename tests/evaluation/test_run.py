@@ -95,8 +95,8 @@ def test_defects_are_warned_of_and_bridged_where_they_are_short() -> None:
 def test_lost_samples_that_change_next_to_nothing_are_notes() -> None:
     time, stroke, force = ELLIPSE.columns(1.0, 500.0, 6.5)
     few, many = force.copy(), force.copy()
-    few[1700:1701] = np.nan
-    many[1700:1712] = np.nan
+    few[1540:1542] = np.nan
+    many[1580:1592] = np.nan
     slight = evaluate_run(make_record(time, stroke, few), FACTS)
     bridged = [text for text in slight.warnings if "interpolated across" in text]
     assert len(bridged) == 2
