@@ -69,6 +69,8 @@ class RecordingStand(Settings):
     amplifier: Annotated[tuple[AmplifierEntry, ...], OneOrMore()] = ()
     temperature: Annotated[tuple[TemperatureEntry, ...], OneOrMore()] = ()
     sensor: Annotated[tuple[OtherEntry, ...], OneOrMore()] = ()
+    simulation: dict[str, Any] | None = None
+    """Only the simulated stand reads it, and checks it."""
     _path: Path = PrivateAttr(default=Path("stand.toml"))
 
     @model_validator(mode="after")
@@ -110,9 +112,12 @@ class RecordingStand(Settings):
 
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the lists that are empty."""
+        """Leave out what there is not; one amplifier and one device of thermometers is a table, as ever."""
         content: dict[str, Any] = handler(self)
-        return {key: value for key, value in content.items() if value not in ([], ())}
+        for table in ("amplifier", "temperature"):
+            if len(content[table]) == 1:
+                content[table] = content[table][0]
+        return {key: value for key, value in content.items() if value not in ([], (), None)}
 
     def channels(self) -> list[tuple[str, Channel]]:
         """Return every channel with the stream that it comes in."""

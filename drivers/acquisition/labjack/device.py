@@ -41,6 +41,8 @@ class LabJack:
     def __init__(self, link: ModbusLink, settings: LabJackSettings, name: str) -> None:
         self.link, self._settings, self._name = link, settings, name
         self.identity = ""
+        self.simulated = False
+        """Whether it says by its serial number that it is the simulated one."""
         self.rate_Hz = settings.rate_Hz
         self.scales: tuple[VoltScale, ...] = ()
         inputs = len(settings.input)
@@ -69,7 +71,9 @@ class LabJack:
             )
         serial = reg.number_of(self.link.read(reg.SERIAL_NUMBER, 2, "serial number"))
         firmware = self._real(reg.FIRMWARE_VERSION, "firmware version")
-        self.identity = f"LabJack T{product} serial {serial}, firmware {firmware:.4f}"
+        self.simulated = serial == reg.SIMULATED_SERIAL
+        which = "simulated " if self.simulated else ""
+        self.identity = f"{which}LabJack T{product} serial {serial}, firmware {firmware:.4f}"
         self.scales = tuple(self._scale(one.terminal, one.range_V) for one in self._settings.input)
 
     def start_stream(self) -> int | None:
