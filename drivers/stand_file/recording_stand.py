@@ -26,7 +26,8 @@ from bufferstand.drivers.stand_file.instrument_lists import (
     instruments_in,
     thermometers_in,
 )
-from bufferstand.drivers.stand_file.schema import StandFacts
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFacts, StandFile
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import CHANNEL_UNITS, STROKE_CHANNELS, Channel
 from bufferstand.foundation.settings import (
@@ -164,6 +165,17 @@ def has_controller(path: Path) -> bool:
         If it cannot be read.
     """
     return "controller" in toml_document(read_text(path), path)
+
+
+def load_any_stand(path: Path) -> StandFile | RecordingStand:
+    """Read and check a stand file, with a controller or without.
+
+    Raises
+    ------
+    BadInput
+        As :func:`bufferstand.drivers.stand_file.load_stand` and :func:`load_recording_stand`.
+    """
+    return load_stand(path) if has_controller(path) else load_recording_stand(path)
 
 
 def load_recording_stand(path: Path) -> RecordingStand:
