@@ -57,7 +57,14 @@ class LabJack:
         DeviceFault
             If nobody answers, it is another device, or its constants cannot be used.
         """
-        test = reg.number_of(self.link.read(reg.TEST, 2, "test value"))
+        try:
+            test = reg.number_of(self.link.read(reg.TEST, 2, "test value"))
+        except ModbusRefusal as refusal:
+            raise DeviceFault(
+                f"{self._where}: it has no test register of a LabJack (Modbus exception {refusal.code}): another "
+                "device answers here; look at host and port, or ask it with “bufferstand instruments --probe "
+                "HOST:PORT”"
+            ) from None
         if test != reg.TEST_VALUE:
             raise DeviceFault(
                 f"{self._where}: its test register reads 0x{test:08X} instead of 0x{reg.TEST_VALUE:08X}; is "
