@@ -22,7 +22,12 @@ rate_Hz = 50.0
 
 [[acquisition.input]]
 point = "AI1"
-channel = { name = "force_3", quantity = "force", unit = "kN", calibration = { id = "x", coefficients = [0.0, 63.0] } }
+
+[acquisition.input.channel]
+name = "force_3"
+quantity = "force"
+unit = "kN"
+calibration = { id = "x", coefficients = [0.0, 63.0] }
 """
 THERMOMETERS = """
 [temperature]
@@ -62,10 +67,8 @@ def test_a_range_that_was_not_written_is_said_to_be_the_default(tmp_path: Path) 
     assert "write one of 11" in str(caught.value)
 
 
-def test_what_is_no_text_is_never_shown(tmp_path: Path) -> None:
-    del tmp_path
-    assert "\x1b" not in _heard("\x1b[2J,\x00\ufffd" * 100)
-    assert "800 bytes that are no text" in _heard("\x1b[2J,\x00\ufffd" * 100)[:60] + _heard("\x00" * 800)
+def test_what_is_no_text_is_never_shown() -> None:
+    assert _heard("\x1b[2J,\x00\ufffd" * 100).startswith("it sends 700 bytes that are no text")
     assert _heard("ERROR") == "it answers “ERROR”"
     assert len(_heard("A" * 5000)) < 100
 

@@ -61,9 +61,9 @@ class LabJack:
             test = reg.number_of(self.link.read(reg.TEST, 2, "test value"))
         except ModbusRefusal as refusal:
             raise DeviceFault(
-                f"{self._where}: it has no test register of a LabJack (Modbus exception {refusal.code}): another "
-                "device answers here; look at host and port, or ask it with “bufferstand instruments --probe "
-                "HOST:PORT”"
+                f"{self._where}: it has no test register of a LabJack (Modbus exception {refusal.code}): "
+                "another device answers here; look at host and port, or ask it with “bufferstand instruments "
+                "--probe HOST:PORT”"
             ) from None
         if test != reg.TEST_VALUE:
             raise DeviceFault(

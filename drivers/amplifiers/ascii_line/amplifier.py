@@ -147,7 +147,7 @@ class AsciiLineDialect:
 
 
 def _heard(said: str) -> str:
-    """Say what was answered: of a device that sends no text, only how much, or the terminal obeys its bytes."""
+    """Say what was answered; of what is no text only how much: a terminal would obey its bytes."""
     if not said.isprintable() or "\ufffd" in said:
         return f"it sends {len(said)} bytes that are no text, as another device or another baud rate does,"
     return f"it answers “{said[:SHOWN]}{'…' * (len(said) > SHOWN)}”"
