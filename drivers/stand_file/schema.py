@@ -319,7 +319,7 @@ class StandFile(Settings):
                 raise WrongKeyError(
                     "the clock of this device cannot be read, so that nothing says how it lies to the "
                     "controller's; use it in record-only mode, or another device",
-                    ("acquisition", number, "model"),
+                    ("acquisition", number, "kind"),
                 )
             streams[acquisition_stream(number)] = device.channels
         self.figures.demand(streams)

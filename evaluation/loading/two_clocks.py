@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import stdtrit
 
 from bufferstand.evaluation.loading.resample import usual_step_s
 from bufferstand.evaluation.numerics import FloatArray
@@ -228,6 +227,8 @@ def _line(moving: list[_Stretch], span_s: float) -> tuple[float, float, float, f
     scatter = float(np.sum(weight * left**2)) * len(moving) / free
     covariance = np.linalg.inv(design.T @ design) * scatter / len(moving)
     # Of few stretches the scatter is not sure: U = 2 u is to cover as often as with many.
+    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
     widened = float(stdtrit(free, 0.5 * (1.0 + _COVERED))) / 2.0
     ends = (at_s[[0, -1]] - middle_s) if len(columns) > 1 else np.zeros(1)
     u2 = covariance[0, 0] + (float(np.max(ends**2)) * covariance[1, 1] / 3.0 if len(columns) > 1 else 0.0)

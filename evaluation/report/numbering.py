@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bufferstand.evaluation.report.build import missing_of
-from bufferstand.evaluation.report.source import ReportSource, is_pattern, number_of_range, runs_without_paths
+from bufferstand.evaluation.report.source import ReportSource, is_pattern, number_of_range, without_paths
 from bufferstand.evaluation.wording import said
 from bufferstand.foundation.files import content_hash
 
@@ -45,7 +45,7 @@ def _evaluation(source: ReportSource) -> str:
     return content_hash(
         {
             "runs": sorted(
-                runs_without_paths(source.evaluation), key=lambda entry: str(entry["run"].get("id"))
+                without_paths(source.evaluation["runs"]), key=lambda entry: str(entry["run"].get("id"))
             ),
             "decision_rule": source.decision_rule,
             "amends": source.fields.amends,

@@ -85,17 +85,24 @@ AMPLIFIERS: dict[str, Table] = {
 CHANNELS = {
     "amplifier": {"name": "force_2", "quantity": "force", "unit": "kN"},
     "sensor": {"name": "pressure_1", "quantity": "pressure", "unit": "bar"},
+    "acquisition": {"name": "acceleration_1", "quantity": "acceleration", "unit": "m/s²"},
 }
 SCALE = {"calibration": {"id": "a", "coefficients": [0.0, 1e-3]}}
 INSTRUMENTS: dict[str, Table] = {
     "amplifier": {"rate_Hz": 50.0, "range_kN": 630.0, "channel": CHANNELS["amplifier"] | SCALE},
     "sensor": {"kind": "modbus", "rate_Hz": 50.0, "channel": CHANNELS["sensor"] | SCALE},
+    "acquisition": {
+        "host": "127.0.0.1",
+        "rate_Hz": 50.0,
+        "input": [{"terminal": "AIN0", "channel": CHANNELS["acquisition"] | SCALE}],
+    },
 }
 """An entry of each list of instruments, without what only its kind has …"""
 KEYS: dict[str, Table] = {
     "gsv2": {"port": "a", "gsv2": AMPLIFIERS["gsv2"]},
     "aed": {"port": "a", "aed": AMPLIFIERS["aed"]},
     "modbus": {"modbus": AMPLIFIERS["modbus"]},
+    "labjack": {"model": "T7"},
     "ascii-line": {
         "port": "a",
         "line": {"description": "mantracourt-dsc", "answers": {"station": "001", "decimals": 3}},

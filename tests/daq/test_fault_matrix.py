@@ -165,9 +165,12 @@ TARGETS = {
 @pytest.mark.slow
 def test_the_matrix_has_every_fault_of_the_injector() -> None:
     """A class, a target or a fault that the injector gets fails here until the matrix knows it."""
-    assert INJECTED.keys() == TARGETS.keys()
+    assert INJECTED.keys() - TARGETS.keys() == {"acquisition"}, "see tests/two_clocks/test_campaign.py"
     injected = {
-        f"{target}={kind}" for name, kinds in INJECTED.items() for kind in kinds for target in TARGETS[name]
+        f"{target}={kind}"
+        for name, targets in TARGETS.items()
+        for kind in INJECTED[name]
+        for target in targets
     }
     assert {f"{target}={kind}" for target, kind, _ in every_fault()} == injected
     assert set(FAULTS) == injected

@@ -159,7 +159,10 @@ def test_nobody_listens_at_the_port(profile: Profile) -> None:
 @pytest.mark.slow
 def test_a_refusal_that_is_no_gateways_asks_nobody_else() -> None:
     fault = DeviceFault("controller at x: register device_type holds 0x1 instead of 0x4253")
-    assert controller_hint(fault, at(1)) == ""
+    assert controller_hint(fault, at(1)) == (  # at port 1 nobody would answer, and no unit is named
+        "bufferstand instruments --probe 127.0.0.1:1 --unit 1 "
+        "says which description would fit what it answers"
+    )
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from bufferstand.evaluation.document.build import evaluation_document, run_entry
 from bufferstand.evaluation.facts.results import RunEvaluation
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
 from bufferstand.evaluation.record.record import make_record
+from bufferstand.evaluation.report.source import evaluation_hash, without_paths
 from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.closed_loops import measured
 from tests.evaluation.signals import BUFFER, CERTIFIED, STARTED, STATED, Ellipse, Floats, StaticTest
@@ -162,6 +163,25 @@ def test_the_preload_before_and_after_survives_the_cache() -> None:
         < 0.5 * (rows[0].expanded_uncertainty or 0.0)
     )
     assert what_runs_say_together([keep(run).light() for run in runs])["before_after"] == [found]
+
+
+def test_what_was_found_is_the_same_wherever_the_files_lie() -> None:
+    """Runs are named again before and after, and under proof load; ``verify`` took the paths for results."""
+
+    def found(folder: str) -> Any:
+        steps = [
+            of_specimen(n, 0.6 - 0.01 * n, path=f"{folder}/{n}.h5", kind=kind, proof_load=load)
+            for n, kind, load in ((1, "harmonic", None), (2, "harmonic", None), (3, "proof", "F6"))
+        ]
+        return evaluation_document(steps)
+
+    here, there = found("runs"), found("/elsewhere/runs")
+    assert here["before_after"]
+    assert here["proof_load_totals"]
+    assert here != there
+    assert without_paths(here) == without_paths(there)
+    assert "path" not in repr(without_paths(here))
+    assert evaluation_hash(here) == evaluation_hash(there) != evaluation_hash({**here, "before_after": []})
 
 
 def test_proof_loads_of_a_specimen_are_added_over_runs() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -99,5 +100,6 @@ def _with_stamp_doubt(channel: Channel, half_s: float) -> Channel:
     stated_s = channel.uncertainty.u_delay_s
     if stated_s is None:
         return channel
-    doubt = channel.uncertainty.model_copy(update={"u_delay_s": (stated_s**2 + half_s**2 / 3.0) ** 0.5})
+    widened_s = math.hypot(stated_s, half_s / math.sqrt(3.0))
+    doubt = channel.uncertainty.model_copy(update={"u_delay_s": widened_s})
     return channel.model_copy(update={"uncertainty": doubt})

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.evaluation.report.source.hash_of_findings import (
         evaluation_hash,
-        runs_without_paths,
+        without_paths,
     )
     from bufferstand.evaluation.report.source.model_answer import (
         ModelAnswer,
@@ -99,13 +99,13 @@ __all__ = [
     "read_fields",
     "read_source",
     "runs_text",
-    "runs_without_paths",
     "side_by_side",
     "step_differences",
     "step_words",
     "steps_of",
     "stroke_trace",
     "temperature_traces",
+    "without_paths",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -25,20 +25,32 @@ def evaluation_hash(document: Mapping[str, Any]) -> str:
     Parameters
     ----------
     document : mapping
-        An evaluation document; of each run its path is left out.
+        An evaluation document; the paths of its runs are left out.
 
     Returns
     -------
     str
         64 hex digits, of the canonical JSON.
     """
-    found = {key: document[key] for key in _EVALUATED if key in document}
-    return content_hash({**found, "runs": runs_without_paths(found)})
+    return content_hash(without_paths({key: document[key] for key in _EVALUATED if key in document}))
 
 
-def runs_without_paths(document: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the runs of an evaluation document, wherever their files lie: each without its path."""
-    return [
-        {**entry, "run": {key: value for key, value in entry["run"].items() if key != "path"}}
-        for entry in document.get("runs") or []
-    ]
+def without_paths(found: Any) -> Any:
+    """Return what an evaluation found, wherever the run files lie: without the path of any run.
+
+    Parameters
+    ----------
+    found : JSON value
+        An evaluation document or a part of it.
+
+    Returns
+    -------
+    JSON value
+        The same without each ``path``, of the runs and of those named again before and after or under
+        proof load.
+    """
+    if isinstance(found, Mapping):
+        return {key: without_paths(value) for key, value in found.items() if key != "path"}
+    if isinstance(found, list | tuple):
+        return [without_paths(value) for value in found]
+    return found

@@ -13,7 +13,7 @@ from bufferstand.evaluation.archive import document as evaluation_document
 from bufferstand.evaluation.document import version_text
 from bufferstand.evaluation.facts import Inspection, Options
 from bufferstand.evaluation.report.report_file import NamedRun, ReportFile
-from bufferstand.evaluation.report.source import evaluation_hash
+from bufferstand.evaluation.report.source import evaluation_hash, without_paths
 from bufferstand.evaluation.report.verifying.differences import differences
 from bufferstand.evaluation.report.verifying.findings import Finding, fault, holds, note
 from bufferstand.evaluation.requirements import LimitSet, find_limit_set, shipped_names
@@ -140,13 +140,11 @@ def _anew(
 
 
 def _comparable(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what an evaluation says of runs, each by its id."""
-    runs = {
-        str(entry["run"]["id"]): {**entry, "run": {**entry["run"], "path": None}}
-        for entry in document["runs"]
-    }
+    """Return what an evaluation says of runs, each by its id, wherever their files lie."""
+    runs = {str(entry["run"]["id"]): entry for entry in document["runs"]}
     rest = {key: value for key, value in document.items() if key not in _OF_A_MACHINE}
-    return {**rest, "runs": runs}
+    stated: dict[str, Any] = without_paths({**rest, "runs": runs})
+    return stated
 
 
 def _settings(document: Mapping[str, Any], limit_set: LimitSet | None) -> EvaluationSettings:

@@ -154,6 +154,7 @@ def test_it_says_where_it_is_and_leaves_nothing_behind(tmp_path: Path) -> None:
             "thermometers": str(tmp_path / "run/wires/w1/devices"),
         },
         "time_file": str(tmp_path / "run/wires/time"),
+        "acquisition": {},
     }
     assert Path(str(served.instruments["amplifier"])).is_symlink()
     assert (Path(served.w1_root or "") / "28-00000a3f91c2/w1_slave").is_file()
