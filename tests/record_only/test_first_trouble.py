@@ -51,7 +51,7 @@ def written(folder: Path, text: str) -> Path:
 def test_polled_inputs_beside_a_controller_are_refused_with_the_reason_and_a_way(tmp_path: Path) -> None:
     sample = (ROOT / "sample_runs" / "stand.toml").read_text(encoding="utf-8")
     with pytest.raises(BadInput) as caught:
-        load_stand(written(tmp_path, sample.replace("[simulation]", f"{WAGO}\n[simulation]", 1)))
+        load_stand(written(tmp_path, sample + WAGO))
     said = str(caught.value)
     assert "acquisition.kind" in said
     assert "is polled" in said
