@@ -98,7 +98,10 @@ def test_the_page_leads_from_init_to_a_report(tmp_path: Path) -> None:
     assert len(summary["cycles_used"]) >= 20
     damping = summary["damping"]
     assert 0.2 < damping["value"] < 0.4
-    assert 0.0 < damping["expanded_uncertainty"] < 0.05
+    if damping["expanded_uncertainty"] is None:  # where a busy computer left holes: then the run says why
+        assert any("uncertaint" in one for one in found["warnings"]), found["warnings"]
+    else:
+        assert 0.0 < damping["expanded_uncertainty"] < 0.05
     assert list((tmp_path / "report").glob("*.pdf"))
     (html,) = (tmp_path / "report").glob("*.html")
     assert "simulated" in html.read_text(encoding="utf-8")
