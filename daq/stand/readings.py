@@ -139,13 +139,13 @@ class StandReader:
         heard |= {sensor.facts.name: _Heard(sensor.facts) for sensor in self._sensors}
         self.faults = []
         began_s = looked_s = clock.now_s()
-        if alone := self._is_alone():
-            controller.skip_backlog()
+        if alone := controller if self._is_alone() else None:
+            alone.skip_backlog()
         until_s = began_s + duration_s
         while clock.now_s() < until_s:
             if alone and clock.now_s() - looked_s >= LOOK_S:
-                alone, looked_s = self._is_alone(), clock.now_s()
-            while alone and (block := controller.read_block()) is not None and clock.now_s() < until_s:
+                alone, looked_s = controller if self._is_alone() else None, clock.now_s()
+            while alone and (block := alone.read_block()) is not None and clock.now_s() < until_s:
                 heard[block.stream].take(block)
             for sensor in self._sensors:
                 for item in sensor.drain():
