@@ -17,8 +17,14 @@ from bufferstand.daq.motions import Halt
 from bufferstand.daq.operator import StopRequest, stop_on_signals
 from bufferstand.daq.stand import RELEASE_SPEED_MM_PER_S, ManualLimits, ManualStand, by_hand
 from bufferstand.daq.zero import stored_path, stored_zero
-from bufferstand.drivers import Stand, build_controller, build_sensors
-from bufferstand.drivers.stand_file import StandFile, load_stand
+from bufferstand.drivers import RecordingDevices, Stand, build_controller, build_recording, build_sensors
+from bufferstand.drivers.stand_file import (
+    RecordingStand,
+    StandFile,
+    has_controller,
+    load_recording_stand,
+    load_stand,
+)
 from bufferstand.foundation import Clock, ExitStatus, WallClock
 from bufferstand.foundation.channels import Zero
 
@@ -32,6 +38,23 @@ def opened(path: Path, doing: str = "") -> Iterator[tuple[StandFile, Stand, Cloc
         yield stand_file, stand, clock
     finally:
         stand.close()
+
+
+@contextmanager
+def opened_to_read(
+    path: Path,
+) -> Iterator[tuple[StandFile | RecordingStand, Stand | RecordingDevices, Clock]]:
+    """Give what a stand file lists, with a controller or without, as :func:`opened` does."""
+    if has_controller(path):
+        with opened(path) as found:
+            yield found
+        return
+    recorded, clock = load_recording_stand(path), WallClock()
+    devices = build_recording(recorded, clock)
+    try:
+        yield recorded, devices, clock
+    finally:
+        devices.close()
 
 
 def zero_of(path: Path) -> Zero | None:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         Answers,
         Certificate,
         is_like_shipped,
+        is_twin,
         parse_certificate,
         parse_coefficients,
     )
@@ -38,6 +39,7 @@ __all__ = [
     "Answers",
     "Certificate",
     "is_like_shipped",
+    "is_twin",
     "parse_certificate",
     "parse_coefficients",
     "write_first_files",

@@ -104,6 +104,11 @@ class Answers:
     operator: str = ""
 
 
+def is_twin(host: str) -> bool:
+    """Return whether an address is that of a simulated twin on this computer."""
+    return host in {"127.0.0.1", "::1", "localhost"}
+
+
 def is_like_shipped(kind: str, elastic_system: str, max_stroke_mm: float) -> bool:
     """Return whether a specimen is of the kind that the shipped spring model is of: no other may be planned
     with it."""

@@ -79,7 +79,7 @@ def _texts(answers: Answers, specimen: str, campaign: str) -> dict[str, str]:
         MODEL: read_text(sample(MODEL)),
     }
     if answers.controller == NONE:
-        return {STAND: recorder_text(answers, STAND), **about_specimen}
+        return {STAND: recorder_text(read_text(sample("stand.toml")), answers, STAND), **about_specimen}
     own = {} if (profile := profile_text(answers)) is None else {PROFILE: profile}
     return {
         STAND: stand_text(read_text(sample("stand.toml")), answers, STAND),

@@ -21,6 +21,7 @@ from bufferstand.cli.beginning import (
     UNITS,
     Answers,
     is_like_shipped,
+    is_twin,
     parse_certificate,
     parse_coefficients,
 )
@@ -33,8 +34,9 @@ _NEXT = """{count} files in {folder}. Next:
   {program} plan {campaign}             what the campaign would do
   {program} desk {folder}               all of it in the browser"""
 _NEXT_RECORDED = """{count} files in {folder}. Next:
+  {program} simulate-stand {stand}      in a second terminal: its simulated twin, which moves by itself
   {program} check {stand}               reads every device once
-  {program} record {stand} --out runs --specimen {campaign}
+  {program} record {stand} --out runs --specimen {campaign} --for 1min
   {program} desk {folder}               results and reports in the browser"""
 _DEFAULTS = Answers()
 
@@ -157,12 +159,16 @@ def _answers(given: dict[str, Any], *, asks: bool) -> Answers:
             return bool(given[key])
         return click.confirm(question, default=default, err=True) if asks else default
 
-    first = {
+    first: dict[str, Any] = {
         "laboratory": one("laboratory", "Laboratory", _DEFAULTS.laboratory),
         "stand": one("stand", "Id of the stand", _DEFAULTS.stand),
         "controller": choice("controller", "Kind of controller", CONTROLLERS, _DEFAULTS.controller),
         "host": one("host", "Its address (127.0.0.1: its simulated twin)", _DEFAULTS.host),
-        "port": one("port", "Its port", _DEFAULTS.port, click.IntRange(1, 65535)),
+    }
+    # Modbus TCP has its own port everywhere but on this computer, where no user may serve it.
+    usual = _DEFAULTS.port if is_twin(str(first["host"])) else 502
+    first |= {
+        "port": one("port", "Its port", usual, click.IntRange(1, 65535)),
         "force_max_kN": one("force_max", "Largest force of the stand [kN]", _DEFAULTS.force_max_kN, float),
         "stroke_max_mm": one(
             "stroke_max", "Largest stroke of the stand [mm]", _DEFAULTS.stroke_max_mm, float

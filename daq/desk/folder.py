@@ -14,9 +14,7 @@ from bufferstand.daq.operator import is_running
 from bufferstand.drivers.stand_file import (
     RecordingStand,
     StandFile,
-    has_controller,
-    load_recording_stand,
-    load_stand,
+    load_any_stand,
 )
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.settings import read_text, toml_document
@@ -41,7 +39,7 @@ def read_stand(path: Path) -> StandFile | RecordingStand:
     BadInput
         If it cannot be read, or breaks its schema.
     """
-    return load_stand(path) if has_controller(path) else load_recording_stand(path)
+    return load_any_stand(path)
 
 
 READERS: dict[Kind, Callable[[Path], Any]] = {

@@ -14,7 +14,7 @@ from bufferstand.drivers import RecordingDevices
 from bufferstand.drivers.stand_file import RecordingStand
 from bufferstand.foundation import Kind
 from bufferstand.foundation.specimen import SpecimenFile
-from bufferstand.recording.runfile import FORMAT, FORMAT_VERSION, RECORD_ONLY_KEY
+from bufferstand.recording.runfile import FORMAT, FORMAT_VERSION, KEY, RECORD_ONLY_KEY
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,7 @@ def recording_document(
             "campaign": None,
             "step_index": None,
             RECORD_ONLY_KEY: True,
+            KEY: any(one.facts.simulated for one in devices.all),
         },
         "software": {"name": "bufferstand", "version": version("bufferstand")},
         "stand": {

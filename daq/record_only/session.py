@@ -12,7 +12,7 @@ from bufferstand.daq.guards import Trip
 from bufferstand.daq.operator import StopLevel, StopRequest
 from bufferstand.daq.record_only.watch import RecordingWatch
 from bufferstand.drivers import RecordingDevices, SampleBlock, SensorFault
-from bufferstand.foundation import Clock
+from bufferstand.foundation import Clock, duration_text
 
 PASS_S = 0.02
 """Between two looks at the devices [s of the wall]."""
@@ -35,6 +35,8 @@ class RecordingProgress:
     values : mapping of str to float
         Newest values.
     warnings : int
+    silent_s : mapping of str to float
+        By stream that had fallen silent when the recording ended: for how long by then [s].
     """
 
     lasted_s: float = 0.0
@@ -42,6 +44,7 @@ class RecordingProgress:
     lost: dict[str, int] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
     warnings: int = 0
+    silent_s: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,8 @@ class RecordingOutcome:
     path : Path
         The sealed run file.
     status : str
-        ``complete``, ``stopped`` (before its time was over) or ``failed`` (the disk).
+        ``complete``, ``stopped`` (before its time was over) or ``failed`` (the disk, or a device that was
+        silent at the end).
     reason : str
     progress : RecordingProgress
     """
@@ -77,7 +81,10 @@ class _Session:
     ) -> None:
         self._devices, self._recorder, self._watch, self._clock = devices, recorder, watch, clock
         self._asks, self._tell = asks_for_stop, tell
-        self.progress = RecordingProgress()
+        streams = [one.facts.name for one in devices.all]
+        self.progress = RecordingProgress(samples=dict.fromkeys(streams, 0), lost=dict.fromkeys(streams, 0))
+        self._heard_s = dict.fromkeys(streams, clock.wall_s())
+        self._complaints: dict[str, str] = {}
         # Its clock is the run's; every block tells how the two lie to each other.
         own = [one.facts.name for one in devices.acquisition if one.facts.clock == "device"]
         self._leading = own[0] if own else ""
@@ -112,12 +119,31 @@ class _Session:
         self._recorder.append(name, block.first_sequence, block.time_us, block.counts, block.lost)
         if name == self._leading and len(block.time_us):
             self._recorder.anchor(int(block.time_us[-1]), block.received_s, datetime.now(UTC).isoformat())
-        progress = self.progress
-        progress.samples[name] = progress.samples.get(name, 0) + len(block.time_us)
-        progress.lost[name] = progress.lost.get(name, 0) + block.lost
+        self.progress.samples[name] += len(block.time_us)
+        self.progress.lost[name] += block.lost
+        if len(block.time_us):
+            now_s = self._clock.wall_s()
+            if (silent_s := now_s - self._heard_s[name]) > self._watch.patience_s[name]:
+                self._say("note", f"{name} delivers again, after {duration_text(silent_s)}", stream=name)
+            self._heard_s[name] = now_s
+            self._complaints.pop(name, None)
         self._watch.look(block)
 
+    def note_silence(self) -> str:
+        """Keep which devices are silent at the end; return it in words, "" where none is."""
+        now_s = self._clock.wall_s()
+        silent_s = {name: now_s - heard_s for name, heard_s in self._heard_s.items()}
+        self.progress.silent_s = {
+            name: lasted_s for name, lasted_s in silent_s.items() if lasted_s > self._watch.patience_s[name]
+        }
+        return "; ".join(
+            f"{name} has delivered nothing for the last {duration_text(lasted_s)}"
+            + (f": {self._complaints[name]}" if name in self._complaints else "")
+            for name, lasted_s in self.progress.silent_s.items()
+        )
+
     def _complain(self, fault: SensorFault) -> None:
+        self._complaints[fault.stream] = fault.what
         self._watch.complain(fault)
         self._say("sensor", f"{fault.stream}: {fault.what}", stream=fault.stream)
 
@@ -197,6 +223,9 @@ def record_devices(
     if level is not StopLevel.NONE:
         reason = f"ended by {request.reason}"
         status = "complete" if for_s is None else "stopped"
+    if silence := session.note_silence():
+        # What it should have measured is not on record: whoever reads only the last line must not miss it.
+        status, reason = "failed", "; ".join(part for part in (reason, silence) if part)
     if recorder.failure is not None:
         status, reason = "failed", f"recording failed: {recorder.failure}"
     return RecordingOutcome(recorder.close(status, reason), status, reason, session.progress)

@@ -33,7 +33,11 @@ class RecordingWatch:
         self._branches = {
             channel.name: Branch() for facts in self._facts.values() for channel in facts.channels
         }
-        self.guards = GuardSet(_guards(stand, devices), complete=False)
+        self.patience_s = {
+            one.facts.name: max(stand.limits.silence_s, 3.0 / one.facts.rate_Hz) for one in devices.all
+        }
+        """By stream: a silence of so long is warned of [s of the wall]."""
+        self.guards = GuardSet(_guards(stand, self.patience_s), complete=False)
         self._panel = GuardPanel(self.guards, wall_s=clock.wall_s())
         self._again_s = clock.wall_s() + AGAIN_S
         self.values: dict[str, float] = {}
@@ -62,11 +66,10 @@ class RecordingWatch:
         return said
 
 
-def _guards(stand: RecordingStand, devices: RecordingDevices) -> list[Guard]:  # type: ignore[type-arg]
+def _guards(stand: RecordingStand, patience_s: Mapping[str, float]) -> list[Guard]:  # type: ignore[type-arg]
     limits = stand.limits
     guards: list[Guard] = [  # type: ignore[type-arg]
-        SilenceGuard(one.facts.name, max(limits.silence_s, 3.0 / one.facts.rate_Hz), Action.STOP)
-        for one in devices.all
+        SilenceGuard(stream, limit_s, Action.STOP) for stream, limit_s in patience_s.items()
     ]
     if limits.force_max_kN is not None or limits.force_min_kN is not None:
         guards.append(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.drivers import SampleBlock, SensorFault, Stand, StreamFacts
+from bufferstand.drivers import RecordingDevices, SampleBlock, Sensor, SensorFault, Stand, StreamFacts
 from bufferstand.drivers.controllers import is_read_by_one, who_uses
 from bufferstand.foundation import Clock, DeviceFault
 from bufferstand.foundation.channels import Channel, Zero
@@ -77,13 +77,15 @@ class StandReader:
 
     Parameters
     ----------
-    stand : Stand
-        Connected, its sensors started: by the caller, or by :meth:`begin`.
+    stand : Stand or RecordingDevices
+        Connected, its sensors started: by the caller, or by :meth:`begin`. Of a stand that another controller
+        moves there are only its devices.
     clock : Clock
     """
 
-    def __init__(self, stand: Stand, clock: Clock) -> None:
-        self._stand = stand
+    def __init__(self, stand: Stand | RecordingDevices, clock: Clock) -> None:
+        self._controller = stand.controller if isinstance(stand, Stand) else None
+        self._sensors: Sequence[Sensor] = stand.sensors if isinstance(stand, Stand) else stand.all
         self._clock = clock
         self._heard_s: dict[str, float] = {}
         self.faults: list[str] = []
@@ -105,9 +107,10 @@ class StandReader:
         DeviceFault
             If the controller does not answer.
         """
-        self._stand.controller.connect()
+        if self._controller is not None:
+            self._controller.connect()
         unopened: list[str] = []
-        for sensor in self._stand.sensors:
+        for sensor in self._sensors:
             try:
                 sensor.start()
             except DeviceFault as fault:
@@ -131,26 +134,27 @@ class StandReader:
 
     def collect(self, duration_s: float) -> Mapping[str, _Heard]:
         """Return what every stream delivers in the next ``duration_s``, by stream."""
-        stand, clock = self._stand, self._clock
-        heard = {stand.controller.facts.name: _Heard(stand.controller.facts)}
-        heard |= {sensor.facts.name: _Heard(sensor.facts) for sensor in stand.sensors}
+        controller, clock = self._controller, self._clock
+        heard = {} if controller is None else {controller.facts.name: _Heard(controller.facts)}
+        heard |= {sensor.facts.name: _Heard(sensor.facts) for sensor in self._sensors}
         self.faults = []
         began_s = looked_s = clock.now_s()
-        if alone := self._is_alone():
-            stand.controller.skip_backlog()
+        if alone := controller if self._is_alone() else None:
+            alone.skip_backlog()
         until_s = began_s + duration_s
         while clock.now_s() < until_s:
             if alone and clock.now_s() - looked_s >= LOOK_S:
-                alone, looked_s = self._is_alone(), clock.now_s()
-            while alone and (block := stand.controller.read_block()) is not None and clock.now_s() < until_s:
+                alone, looked_s = controller if self._is_alone() else None, clock.now_s()
+            while alone and (block := alone.read_block()) is not None and clock.now_s() < until_s:
                 heard[block.stream].take(block)
-            for sensor in stand.sensors:
+            for sensor in self._sensors:
                 for item in sensor.drain():
                     if isinstance(item, SensorFault):
                         self.faults.append(f"{item.stream}: {item.what}")
                     else:
                         heard[item.stream].take(item)
-            self.faults += stand.controller.events()
+            if controller is not None:
+                self.faults += controller.events()
             clock.sleep(PASS_S)
         for name, one in heard.items():
             if one.received_s is not None:
@@ -158,8 +162,10 @@ class StandReader:
         return heard
 
     def _is_alone(self) -> bool:
-        """Return whether the controller's samples are nobody else's; say it where they are."""
-        controller = self._stand.controller
+        """Return whether there are samples of a controller that are nobody else's; say it where they are."""
+        controller = self._controller
+        if controller is None:
+            return False
         if not is_read_by_one(controller) or not (who := who_uses(controller)):
             return True
         self.faults.append(

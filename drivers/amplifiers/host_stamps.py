@@ -34,7 +34,7 @@ class HostStamps:
         self._last_us = 0
         self._interrupted = False
         self.passed = 0
-        """Periods that passed without a sample before the newest stamps, where the stream was interrupted."""
+        """Periods that passed without a sample before the newest stamps: it was interrupted, or silent."""
 
     def interrupt(self) -> None:
         """The stream was stopped and started: the next samples follow the last ones at any distance."""
@@ -69,6 +69,8 @@ class HostStamps:
             step_s = (samples + lost) * self._period_s
             newest_s = self._last_s + step_s
             late_s = received_s - newest_s
+            if late_s > JUMP_S:
+                self.passed = round(late_s / self._period_s)
             if late_s < 0.0 or late_s > JUMP_S:
                 newest_s = received_s
             else:

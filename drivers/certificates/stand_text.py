@@ -9,7 +9,7 @@ from typing import Any
 import tomlkit
 
 from bufferstand.drivers.certificates.channel_calibration import ChannelCalibration
-from bufferstand.drivers.stand_file import load_stand
+from bufferstand.drivers.stand_file import load_any_stand
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import Calibration, Quantity
 from bufferstand.foundation.settings import read_text
@@ -23,7 +23,7 @@ def channel_of(stand: Path, name: str) -> tuple[Quantity, Calibration]:
     BadInput
         If the stand file cannot be used, or has no such channel.
     """
-    channel = _channel(load_stand(stand).model_dump(), name, stand)
+    channel = _channel(load_any_stand(stand).model_dump(), name, stand)
     quantity: Quantity = channel.get("quantity", "temperature")
     return quantity, Calibration.model_validate(channel["calibration"])
 

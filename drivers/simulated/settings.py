@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from bufferstand.drivers.simulated.miswiring import Miswired
 from bufferstand.drivers.stand_file import StandFile
 from bufferstand.foundation import BadInput, curve_problem
-from bufferstand.foundation.settings import Settings, demand_named, read_text, refusal
+from bufferstand.foundation.settings import Settings, WrongKeyError, demand_named, read_text, refusal
 
 
 def _demand_curve(points: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
@@ -32,6 +32,25 @@ _Curve = Annotated[
     BeforeValidator(_as_tuples),
     AfterValidator(_demand_curve),
 ]
+
+
+class Moves(Settings):
+    """What a stand without ``[controller]`` does by itself when it is simulated: sines, until it is ended."""
+
+    mean_mm: float = Field(default=40.0, ge=0.1, le=250.0)
+    amplitude_mm: float = Field(default=20.0, ge=0.01, le=125.0)
+    """Half the range of a sine."""
+    frequency_Hz: float = Field(default=1.0, ge=0.01, le=10.0)
+
+    @model_validator(mode="after")
+    def _stays_in_contact(self) -> Moves:
+        if self.amplitude_mm > self.mean_mm or self.mean_mm + self.amplitude_mm > 250.0:
+            raise WrongKeyError(
+                f"{self.mean_mm:g} ± {self.amplitude_mm:g} mm is not within 0 … 250 mm; write a smaller "
+                "amplitude_mm",
+                "amplitude_mm",
+            )
+        return self
 
 
 class SimulationSettings(Settings):
@@ -120,6 +139,8 @@ class SimulationSettings(Settings):
     """What that clock shows when the stand is switched on [s]."""
     acquisition_jitter_s: float = Field(default=0.0005, ge=0.0, le=0.1)
     """Mean of what a reading of that clock needs on each way beside the least [s]."""
+    moves: Moves | None = None
+    """Of a stand without ``[controller]`` (record-only mode); left out, as :class:`Moves` has it."""
     miswired: Miswired = Miswired()
     """What a person got wrong between the specimen and the computer; nothing if left out."""
 

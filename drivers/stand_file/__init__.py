@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         RecordingLimits,
         RecordingStand,
         has_controller,
+        load_any_stand,
         load_recording_stand,
     )
     from bufferstand.drivers.stand_file.schema import (
@@ -40,6 +41,7 @@ __all__ = [
     "StandFile",
     "acquisition_stream",
     "has_controller",
+    "load_any_stand",
     "load_recording_stand",
     "load_stand",
     "power_on_C",

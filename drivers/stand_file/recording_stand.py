@@ -26,7 +26,8 @@ from bufferstand.drivers.stand_file.instrument_lists import (
     instruments_in,
     thermometers_in,
 )
-from bufferstand.drivers.stand_file.schema import StandFacts
+from bufferstand.drivers.stand_file.loading import load_stand
+from bufferstand.drivers.stand_file.schema import StandFacts, StandFile
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import CHANNEL_UNITS, STROKE_CHANNELS, Channel
 from bufferstand.foundation.settings import (
@@ -69,6 +70,8 @@ class RecordingStand(Settings):
     amplifier: Annotated[tuple[AmplifierEntry, ...], OneOrMore()] = ()
     temperature: Annotated[tuple[TemperatureEntry, ...], OneOrMore()] = ()
     sensor: Annotated[tuple[OtherEntry, ...], OneOrMore()] = ()
+    simulation: dict[str, Any] | None = None
+    """Only the simulated stand reads it, and checks it."""
     _path: Path = PrivateAttr(default=Path("stand.toml"))
 
     @model_validator(mode="after")
@@ -110,9 +113,12 @@ class RecordingStand(Settings):
 
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out the lists that are empty."""
+        """Leave out what there is not; one amplifier and one device of thermometers is a table, as ever."""
         content: dict[str, Any] = handler(self)
-        return {key: value for key, value in content.items() if value not in ([], ())}
+        for table in ("amplifier", "temperature"):
+            if len(content[table]) == 1:
+                content[table] = content[table][0]
+        return {key: value for key, value in content.items() if value not in ([], (), None)}
 
     def channels(self) -> list[tuple[str, Channel]]:
         """Return every channel with the stream that it comes in."""
@@ -159,6 +165,17 @@ def has_controller(path: Path) -> bool:
         If it cannot be read.
     """
     return "controller" in toml_document(read_text(path), path)
+
+
+def load_any_stand(path: Path) -> StandFile | RecordingStand:
+    """Read and check a stand file, with a controller or without.
+
+    Raises
+    ------
+    BadInput
+        As :func:`bufferstand.drivers.stand_file.load_stand` and :func:`load_recording_stand`.
+    """
+    return load_stand(path) if has_controller(path) else load_recording_stand(path)
 
 
 def load_recording_stand(path: Path) -> RecordingStand:

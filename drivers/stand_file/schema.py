@@ -323,6 +323,13 @@ class StandFile(Settings):
     def _two_clocks(self) -> StandFile:
         streams = {"controller": self.controller.channel}
         for number, device in enumerate(self.acquisition):
+            if not device.own_clock:
+                raise WrongKeyError(
+                    f"a device of kind “{device.kind}” is polled, and stamped by this computer: nothing "
+                    "aligns it with the controller's samples well enough for a figure; use it in record-only "
+                    "mode (a stand file without [controller]), or list its quantity in [[sensor]]",
+                    ("acquisition", number, "kind"),
+                )
             if not device.clock_is_readable:
                 raise WrongKeyError(
                     "the clock of this device cannot be read, so that nothing says how it lies to the "

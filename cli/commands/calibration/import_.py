@@ -88,14 +88,14 @@ def _quantity(channel: str) -> Quantity:
 def _change(stand: Path, channel: str, before: Calibration, imported: ChannelCalibration) -> None:
     """Write the stand file anew, once it is seen to be one that can be used."""
     from bufferstand.drivers.certificates import changed_stand
-    from bufferstand.drivers.stand_file import load_stand
+    from bufferstand.drivers.stand_file import load_any_stand
     from bufferstand.foundation.files import replaced_whole
 
     text = changed_stand(stand, channel, before, imported)
     with replaced_whole(stand) as place:
         place.write_text(text, encoding="utf-8", newline="\n")
         try:
-            load_stand(place)
+            load_any_stand(place)
         except BadInput as error:
             raise BadInput(
                 f"with this certificate it could not be used: {error.problem}",

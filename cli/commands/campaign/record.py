@@ -168,7 +168,10 @@ def _show_outcome(outcome: RecordingOutcome) -> None:
         click.echo(err=True)
     for name, samples in progress.samples.items():
         lost = progress.lost.get(name, 0)
-        click.echo(f"{name}: {samples} samples, {lost or 'none'} lost", err=True)
+        text = f"{name}: {samples} samples, {lost or 'none'} lost"
+        if (silent_s := progress.silent_s.get(name)) is not None:
+            text += f"; nothing in the last {duration_text(silent_s)}"
+        click.echo(text, err=True)
     if progress.warnings:
         click.echo(f"warned {progress.warnings} times; the run's events say of what", err=True)
     why = f" ({outcome.reason})" if outcome.reason else ""

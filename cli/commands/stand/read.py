@@ -37,15 +37,16 @@ def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> in
 
     Nothing is moved or set. In a terminal it goes on until Ctrl-C. “From zero” is the value from the zero
     that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds is named, and so
-    is a controller that another program commands: its samples are that one's. The rest is read.
+    is a controller that another program commands: its samples are that one's. The rest is read. Of a stand
+    file without [controller] (record-only mode) it shows what that lists.
     """
     from bufferstand.cli.closed_terminal import say
-    from bufferstand.cli.stand_by_hand import opened, zero_of
+    from bufferstand.cli.stand_by_hand import opened_to_read, zero_of
     from bufferstand.daq.stand import StandReader
     from bufferstand.drivers.serial_line import is_held
     from bufferstand.foundation import ExitStatus
 
-    with opened(stand) as (stand_file, devices, clock):
+    with opened_to_read(stand) as (stand_file, devices, clock):
         zero = zero_of(stand)
         reader = StandReader(devices, clock)
         unopened = reader.begin()

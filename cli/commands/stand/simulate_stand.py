@@ -48,6 +48,7 @@ def command(
 ) -> None:
     """Serve the simulated stand on loopback until Ctrl-C: Modbus, serial devices, a 1-Wire folder.
 
+    A stand file without [controller] is served, too: it moves by itself, for `bufferstand record`.
     While it is served, `bufferstand fault` lets a device of it fail.
     """
     from bufferstand.drivers.simulated.faults import load_faults, parse_fault
@@ -68,13 +69,17 @@ def command(
     def ready(served: Served) -> None:
         if endpoints is not None:
             write_endpoints(served, endpoints)
-        if served.controller_serial is None:
+        if not served.host and served.controller_serial is None:
+            click.echo("controller   the stand's own: it moves by itself, and answers nobody")
+        elif served.controller_serial is None:
             click.echo(f"controller   Modbus TCP {served.host}:{served.port}")
         else:
             click.echo(f"controller   Modbus RTU {served.controller_serial}")
         for stream, place in served.instruments.items():
             shown = place if isinstance(place, str) else f"Modbus TCP {place[0]}:{place[1]}"
             click.echo(f"{stream:<12} {shown}")
+        for stream, (host, ports) in served.acquisition.items():
+            click.echo(f"{stream:<12} Modbus TCP {host}:{ports[0]}, stream {host}:{ports[1]}")
         click.echo(f"faults       {program()} fault {stand} FAULT  (or --list, --clear)")
         click.echo(f"serving at {served.speed:g} times real time; Ctrl-C ends it")
 

@@ -41,6 +41,8 @@ class LabJack:
     def __init__(self, link: ModbusLink, settings: LabJackSettings, name: str) -> None:
         self.link, self._settings, self._name = link, settings, name
         self.identity = ""
+        self.simulated = False
+        """Whether it says by its serial number that it is the simulated one."""
         self.rate_Hz = settings.rate_Hz
         self.scales: tuple[VoltScale, ...] = ()
         inputs = len(settings.input)
@@ -55,7 +57,14 @@ class LabJack:
         DeviceFault
             If nobody answers, it is another device, or its constants cannot be used.
         """
-        test = reg.number_of(self.link.read(reg.TEST, 2, "test value"))
+        try:
+            test = reg.number_of(self.link.read(reg.TEST, 2, "test value"))
+        except ModbusRefusal as refusal:
+            raise DeviceFault(
+                f"{self._where}: it has no test register of a LabJack (Modbus exception {refusal.code}): "
+                "another device answers here; look at host and port, or ask it with “bufferstand instruments "
+                "--probe HOST:PORT”"
+            ) from None
         if test != reg.TEST_VALUE:
             raise DeviceFault(
                 f"{self._where}: its test register reads 0x{test:08X} instead of 0x{reg.TEST_VALUE:08X}; is "
@@ -69,7 +78,9 @@ class LabJack:
             )
         serial = reg.number_of(self.link.read(reg.SERIAL_NUMBER, 2, "serial number"))
         firmware = self._real(reg.FIRMWARE_VERSION, "firmware version")
-        self.identity = f"LabJack T{product} serial {serial}, firmware {firmware:.4f}"
+        self.simulated = serial == reg.SIMULATED_SERIAL
+        which = "simulated " if self.simulated else ""
+        self.identity = f"{which}LabJack T{product} serial {serial}, firmware {firmware:.4f}"
         self.scales = tuple(self._scale(one.terminal, one.range_V) for one in self._settings.input)
 
     def start_stream(self) -> int | None:

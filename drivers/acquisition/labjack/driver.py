@@ -12,6 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -125,6 +126,7 @@ class LabJackDriver:
         self._claim = claim(f"labjack {self._settings.host}:{self._settings.port}", self._name)
         try:
             self._device.identify()
+            self.facts = replace(self.facts, simulated=self._device.simulated)
             if self.can_ask_for_stop:
                 self._set_output(stop=False)
             self._begin_stream()

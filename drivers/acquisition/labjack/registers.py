@@ -14,6 +14,8 @@ TEST = 55100
 TEST_VALUE = 0x00112233
 """What TEST reads; with the words the wrong way round it is 0x22330011."""
 PRODUCT_ID, HARDWARE_VERSION, FIRMWARE_VERSION, SERIAL_NUMBER = 60000, 60002, 60004, 60028
+SIMULATED_SERIAL = 0x53494D55
+"""Of the simulated one (“SIMU”): those of the maker begin with 470 (T7) or 480 (T8) and have nine digits."""
 LAST_ERROR = 55000
 """LAST_ERR_DETAIL: the device's own number of what it refused last."""
 CORE_TIMER = 61520

@@ -173,8 +173,9 @@ class LabJackSettings(AcquisitionSettings):
             names.add(one.channel.name)
             if one.range_V not in RANGES_V[self.model]:
                 known = ", ".join(f"{value:g}" for value in RANGES_V[self.model])
+                stated = "" if "range_V" in one.model_fields_set else ", which is taken where none is stated,"
                 raise WrongKeyError(
-                    f"range_V = {one.range_V:g} is none of a {self.model}; write one of {known}",
+                    f"range_V = {one.range_V:g}{stated} is none of a {self.model}; write one of {known}",
                     ("input", place, "range_V"),
                 )
             if self.model == "T8" and (number > 7 or one.differential):

@@ -12,6 +12,8 @@ from bufferstand.drivers.serial_line import SerialLine
 from bufferstand.foundation import DeviceFault
 
 _ZERO_WAIT_S = 2.0
+SHOWN = 60
+"""Characters of a wrong answer that are shown."""
 
 
 class ReplyDecoder(LineDecoder):
@@ -136,9 +138,16 @@ class AsciiLineDialect:
         )
         said = answer.decode("ascii", errors="replace").strip()
         if said != one.expect:
-            heard = f"it answers “{said}”" if said else "no answer"
+            heard = _heard(said) if said else "no answer"
             raise DeviceFault(
                 f"{line.name}: {heard} to “{command.decode('ascii').strip()}”, expected “{one.expect}”; "
                 "look at power, cable, baud rate, parity, and whether it is this device "
                 f"(description “{self._found.id}”)"
             )
+
+
+def _heard(said: str) -> str:
+    """Say what was answered; of what is no text only how much: a terminal would obey its bytes."""
+    if not said.isprintable() or "\ufffd" in said:
+        return f"it sends {len(said)} bytes that are no text, as another device or another baud rate does,"
+    return f"it answers “{said[:SHOWN]}{'…' * (len(said) > SHOWN)}”"

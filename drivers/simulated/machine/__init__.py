@@ -10,8 +10,14 @@ if TYPE_CHECKING:
         SimulatedAcquisition,
     )
     from bufferstand.drivers.simulated.machine.commands import (
+        AT_MEAN_MM,
+        ENABLE_OPERATION,
+        ENABLE_VOLTAGE,
+        QUICK_STOP_OFF,
+        SWITCH_ON,
         Command,
         CommandCode,
+        ControllerFault,
         RejectReason,
     )
     from bufferstand.drivers.simulated.machine.controller import (
@@ -42,9 +48,15 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "AT_MEAN_MM",
+    "ENABLE_OPERATION",
+    "ENABLE_VOLTAGE",
+    "QUICK_STOP_OFF",
     "RATE_HZ",
+    "SWITCH_ON",
     "Command",
     "CommandCode",
+    "ControllerFault",
     "InstrumentValues",
     "RejectReason",
     "SampleRing",

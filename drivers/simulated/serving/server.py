@@ -23,8 +23,10 @@ from bufferstand.drivers.register_maps import Profile
 from bufferstand.drivers.simulated.build import demand_possible, make_device
 from bufferstand.drivers.simulated.faults import SOCKET, FaultControl, FrameFaults, ScheduledFault
 from bufferstand.drivers.simulated.machine import SimulatedDevice, TruthLog
+from bufferstand.drivers.simulated.moved_stand import MovedStand, OwnController, moved_stand
 from bufferstand.drivers.simulated.serving.clock import SHOWN, ShownTime
 from bufferstand.drivers.simulated.serving.waiting_sign import NAME, WIRES, WaitingSign
+from bufferstand.drivers.simulated.settings import Moves
 from bufferstand.drivers.simulated.wires import (
     LabJackTwin,
     ModbusInstrumentWire,
@@ -36,7 +38,13 @@ from bufferstand.drivers.simulated.wires import (
     SensorWires,
     StandPace,
 )
-from bufferstand.drivers.stand_file import Endpoints, StandFile, load_stand
+from bufferstand.drivers.stand_file import (
+    Endpoints,
+    StandFile,
+    has_controller,
+    load_recording_stand,
+    load_stand,
+)
 from bufferstand.foundation import BadInput, Clock, WallClock
 
 TICK_S = 0.005
@@ -63,7 +71,7 @@ class Served:
     Parameters
     ----------
     host, port
-        Of the controller's Modbus TCP server; empty and 0 where it is on a serial line.
+        Of the controller's Modbus TCP server; empty and 0 where it is on a serial line, or answers nobody.
     w1_root, onewire_port : str or None
         Of the first thermometers, absolute, where they are a folder or on a serial line.
     speed : float
@@ -220,6 +228,9 @@ class StandServer:
             self._demand_possible,
         )
         self._bank = bank
+        self._own_controller: OwnController | None = None
+        if isinstance(stand_file, MovedStand):
+            self._own_controller = OwnController(self.device, self.device.settings.moves or Moves())
         for fault in options.faults:
             self._demand_possible(fault)
 
@@ -243,6 +254,8 @@ class StandServer:
 
     def _demand_possible(self, fault: ScheduledFault) -> None:
         demand_possible(self._file, fault)
+        if isinstance(self._file, MovedStand):
+            return
         self._bank.demand_register(fault)
 
     def _cut(self) -> bool:
@@ -313,6 +326,8 @@ class StandServer:
     async def _listen(self) -> tuple[str, int]:
         """Open the TCP port; return where it is."""
         file = self._file
+        if isinstance(file, MovedStand):
+            return "", 0  # it answers nobody
         port = file.controller.port if self._options.port is None else self._options.port
         host = self._own(file.controller.host, "controller.host")
         return host, await self._modbus.start(host, port)
@@ -361,6 +376,8 @@ class StandServer:
         due_s = loop.time()
         while not stop.is_set():
             left = self.catch_up()
+            if self._own_controller is not None:
+                self._own_controller.act()
             if isinstance(self._bank, RmcBank):
                 self._bank.run_program()
             for twin in self._twins:
@@ -477,7 +494,7 @@ def serve(
     """
     if not options.speed > 0.0:
         raise BadInput(f"a speed of {options.speed:g} is not possible", file="--speed", remedy="above 0")
-    file = load_stand(stand_file)
+    file = load_stand(stand_file) if has_controller(stand_file) else _moved(stand_file, options)
 
     async def main() -> None:
         server = StandServer(file, options, WallClock(options.speed))
@@ -495,6 +512,23 @@ def serve(
 
     with asyncio.Runner(loop_factory=_quick_loop) as runner:
         runner.run(main())
+
+
+def _moved(path: Path, options: ServerOptions) -> MovedStand:
+    """Return a stand without ``[controller]``, which moves by itself in real time."""
+    for option, wrong in (
+        ("--speed", options.speed != 1.0),
+        ("--wait-for-reader", options.wait_for_reader),
+        ("--port", bool(options.port)),
+    ):
+        if wrong:
+            raise BadInput(
+                "a stand without [controller] moves by itself, in real time, with its devices at the ports "
+                "of the stand file",
+                file=option,
+                remedy="leave it out" + (", or write 0 for free ports" if option == "--port" else ""),
+            )
+    return moved_stand(load_recording_stand(path))
 
 
 def _quick_loop() -> asyncio.SelectorEventLoop:

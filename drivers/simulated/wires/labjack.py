@@ -35,6 +35,7 @@ from bufferstand.drivers.acquisition.labjack import (
     SCAN_LIST,
     SCAN_RATE,
     SERIAL_NUMBER,
+    SIMULATED_SERIAL,
     START_STAMP,
     TARGET_PACKETS,
     TEST,
@@ -53,7 +54,6 @@ from bufferstand.drivers.simulated.wires.modbus_tcp import ModbusStandServer
 from bufferstand.foundation import BadInput
 
 HERTZ = TICKS_PER_S[7]
-SERIAL = 470_000_001
 FIRMWARE = 1.0300
 CENTRE = 32768.0
 OVER = 1.06
@@ -258,7 +258,7 @@ class _Bank:
             (TEST, words_of_number(TEST_VALUE)),
             (PRODUCT_ID, words_of_real(7.0)),
             (FIRMWARE_VERSION, words_of_real(FIRMWARE)),
-            (SERIAL_NUMBER, words_of_number(SERIAL)),
+            (SERIAL_NUMBER, words_of_number(SIMULATED_SERIAL)),
         ):
             self._put(at, words)
 
