@@ -191,11 +191,22 @@ def stopped_and_resumed(it: Technician, desk: Served, folder: str, size: Any) ->
     it.wait("document.querySelector('[data-status]').dataset.status === 'stopped'")
     assert json.loads(record.read_text())["stopped_by"] == "operator"
     it.look("stopped", size)
+    it.fill(specimen="B-77", operator="B. Jones")
+    it.push("#resume")
+    it.says("of the checklist is not ticked")
+    for box in it.tab.query_selector_all("#resuming [name=tick]"):
+        box.check()
+    it.fill(specimen="B-78")
+    it.push("#resume")
+    it.says("“B-78” was given, and the specimen is “B-77”")
+    it.complaints.clear()
     it.fill(specimen="B-77")
     it.push("#resume")
     it.says("It goes on.")
     it.wait("document.querySelector('[data-status]').dataset.status === 'complete'", 300.0)
-    assert re.search("checklist ticked: hall clear", (record.parent / "notes.jsonl").read_text())
+    notes = (record.parent / "notes.jsonl").read_text()
+    assert len(re.findall("checklist ticked: hall clear", notes)) == 2
+    assert "B. Jones at the desk" in notes
 
 
 def reported(it: Technician, size: Any) -> None:

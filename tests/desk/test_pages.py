@@ -43,3 +43,12 @@ def test_script_in_a_file_is_shown_as_text_and_never_run(browser: Any, tmp_path:
         assert it.tab.evaluate("window.hacked") is None
         assert it.tab.locator("img, main script").count() == 0
         assert it.complaints == []
+
+
+def test_the_link_to_work_opens_where_the_page_is_shown_already(browser: Any, tmp_path: Path) -> None:
+    with served(tmp_path) as desk, Tab(browser, f"{desk.origin}/") as it:
+        it.says("may only look on")
+        it.go(desk.link)  # only what is behind the # is other: the browser loads nothing by itself
+        entered(it)
+        assert desk.token not in it.tab.url
+        assert it.complaints == []

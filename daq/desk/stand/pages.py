@@ -16,7 +16,7 @@ from bufferstand.daq.desk.commands import word_of
 from bufferstand.daq.desk.folder import read_stand
 from bufferstand.daq.desk.jobs import Job, Jobs
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
-from bufferstand.daq.desk.stand.checklist import CHECKLIST_NAME, checklist_of
+from bufferstand.daq.desk.stand.checklist import CHECKLIST_NAME, checklist_of, demand_id
 from bufferstand.daq.monitor import is_loopback
 from bufferstand.daq.zero import stored_zero
 from bufferstand.drivers.stand_file import RecordingStand, StandFile, load_stand
@@ -144,8 +144,9 @@ class Check:
 
     async def zero(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Touch off the specimen."""
-        name = word_of(self._desk.folder.name(self._path(content)))
-        words = ["stand", "zero", name, "--yes-move", self._typed(content)]
+        path = self._path(content)
+        name = word_of(self._desk.folder.name(path))
+        words = ["stand", "zero", name, "--yes-move", await self._typed(content, path)]
         for option, key in (("--specimen", "specimen"), ("--operator", "operator")):
             if said := text_of(content, key):
                 words += [option, said]
@@ -159,18 +160,22 @@ class Check:
 
     async def jog(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Move the piston by a small step."""
-        name, step = word_of(self._desk.folder.name(self._path(content))), text_of(content, "by")
+        path, step = self._path(content), text_of(content, "by")
+        name = word_of(self._desk.folder.name(path))
         if step not in STEPS_MM:
             raise BadInput("one push moves by 1 mm at most")
-        words = ("stand", "jog", name, f"--by={step}", "--yes-move", self._typed(content))
+        words = ("stand", "jog", name, f"--by={step}", "--yes-move", await self._typed(content, path))
         return _watched(self._jobs.begin(*words))
 
-    def _typed(self, content: dict[str, Any]) -> str:
+    async def _typed(self, content: dict[str, Any], path: Path) -> str:
+        """Return the stand's id as it was typed; another one is refused before any command is started."""
         typed = text_of(content, "id")
         if not typed:
             raise BadInput(
                 "the stand's id was not typed: nothing was moved", remedy="see that everybody is clear of it"
             )
+        stand = await asyncio.to_thread(load_stand, path)
+        demand_id(typed, stand.stand.id, "stand", "go to the stand that is meant, and open its page")
         return typed
 
     def _runs(self, path: Path) -> bool:

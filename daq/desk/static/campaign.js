@@ -57,7 +57,15 @@
     event.preventDefault();
     Desk.during(Desk.byId("resume"), async () => {
       Desk.say("It is being resumed…");
-      await Desk.ask("/campaign/resume", { folder, specimen: Desk.byId("specimen").value, edits: Desk.byId("edits").value });
+      await Desk.ask("/campaign/resume", {
+        folder,
+        specimen: Desk.byId("specimen").value,
+        edits: Desk.byId("edits").value,
+        operator: Desk.byId("operator").value,
+        ticked: [...document.querySelectorAll("#resuming [name=tick]:checked")].map((one) => one.value),
+      });
+      // What was looked at is looked at anew before the next motion.
+      for (const one of document.querySelectorAll("#resuming [name=tick]")) one.checked = false;
       Desk.say("It goes on.");
       await look();
     });

@@ -367,6 +367,8 @@ $("door-form").addEventListener("submit", async (event) => {
   try { await enter($("door-token").value.trim().replace(/^.*#/, "")); } catch (error) { put("door-answer", error.message); }
 });
 
+// A link that is opened where the page is shown already changes what is behind the # alone: nothing is loaded.
+addEventListener("hashchange", () => location.reload());
 const token = location.hash.slice(1);
 if (token) history.replaceState(null, "", location.pathname);  // it stays in no history and no screenshot
 try {
