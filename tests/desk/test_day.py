@@ -177,7 +177,9 @@ def live(it: Technician, desk: Served, folder: str, size: Any) -> None:
     it.wait("!location.pathname.startsWith('/campaign') && Number(document.body.dataset.redraws) > 3")
     assert it.tab.url.split("/")[2] != f"127.0.0.1:{desk.port}"
     it.complaints.clear()
-    it.go(f"{desk.origin}/campaign?folder={folder}")
+    assert it.tab.is_visible("#desk-link")
+    it.push("#desk-link")
+    it.wait("location.pathname === '/campaign'")
     it.wait("document.querySelector('[data-status]').dataset.status === 'running'")
     it.look("campaign", size)
 

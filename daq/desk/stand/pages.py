@@ -47,6 +47,7 @@ class Check:
         self._desk = desk
         self._jobs = jobs
         self._twins: dict[Path, Job] = {}
+        self._speeds: dict[Path, str] = {}
 
     def routes(self) -> list[Route]:
         """Return its routes."""
@@ -86,6 +87,7 @@ class Check:
             checklist_name=CHECKLIST_NAME,
             twin=_has_twin(stand),
             twin_runs=self._runs(path),
+            twin_speed=self._speed(path),
             disk=_disk_text(self._desk.folder.root),
             steps=STEPS_MM,
             commands={
@@ -109,6 +111,7 @@ class Check:
             faults=found["faults"],
             notes=sum(one["verdict"] == "note" for one in found["findings"]),
             command=answer.command,
+            twin_speed=self._speed(path),
         )
         return JSONResponse({"html": shown, "faults": found["faults"]})
 
@@ -120,7 +123,7 @@ class Check:
             if running:
                 self._twins[path].stop()
                 await asyncio.to_thread(self._twins[path].process.wait, 15.0)
-            return JSONResponse({"running": False})
+            return JSONResponse({"running": False, "was": running})
         if not _has_twin(await asyncio.to_thread(load_stand, path)):
             raise BadInput(
                 "this stand has no simulated twin on this computer", remedy="it needs [simulation]"
@@ -135,6 +138,7 @@ class Check:
             # It shares this computer with whoever reads it: it waits, as a rehearsal's stand does.
             words = ("simulate-stand", name, "--speed", speed, "--wait-for-reader")
             self._twins[path] = self._jobs.begin(*words, ends_with_desk=True)
+            self._speeds[path] = speed
         job = self._twins[path]
         while job.running and READY not in job.text:
             await asyncio.sleep(0.2)
@@ -180,6 +184,10 @@ class Check:
 
     def _runs(self, path: Path) -> bool:
         return path in self._twins and self._twins[path].running
+
+    def _speed(self, path: Path) -> str:
+        """Return how fast the twin runs that this desk serves; 1 where it serves none."""
+        return self._speeds[path] if self._runs(path) else "1"
 
     def _path(self, content: dict[str, Any]) -> Path:
         return self._desk.folder.inside(text_of(content, "stand"), ".toml")

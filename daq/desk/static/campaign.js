@@ -33,7 +33,9 @@
 
   on("live", async () => {
     const said = await Desk.ask("/campaign/live", { folder });
-    location.assign(said.link);
+    const page = new URL(said.link);
+    page.searchParams.set("desk", `${location.origin}/campaign?folder=${encodeURIComponent(folder)}`);
+    location.assign(page.href);
   });
   for (const button of document.querySelectorAll("[data-after]"))
     button.addEventListener("click", () => Desk.during(button, async () => {
