@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from starlette.requests import Request
@@ -9,8 +10,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from bufferstand.daq.desk.commands import word_of
-from bufferstand.daq.desk.shell import Desk, Tab, text_of
-from bufferstand.foundation import BadInput
+from bufferstand.daq.desk.shell import Desk, Tab, refusal, text_of
 
 OPTIONS = (
     "laboratory",
@@ -38,6 +38,16 @@ FURTHER = ("pressure", "acceleration")
 RECORDED = "none"
 """Kind of controller of a stand that is recorded only: it has no campaign."""
 FIRST_CAMPAIGNS = ("en15551", "sweeps", "warm-up")
+NUMBERS = ("force-max", "stroke-max", "max-stroke")
+"""Options whose number may have a decimal comma here."""
+_REFUSED = re.compile(
+    r"(?:Invalid value for '--([a-z-]+)'|--([a-z-]+)): (.*?)(?: \([a-z ]+ --help\))?", re.DOTALL
+)
+_WORDS = (
+    (re.compile(r"(\S+) is not in the range (\S+)<=x<=(\S+)"), r"\1 is not from \2 to \3"),
+    (re.compile(r"'(.*)' is not a valid (?:float|float range|integer|integer range)"), r"“\1” is no number"),
+)
+"""What the command says of an option, and how a page says it."""
 
 
 class Beginning:
@@ -76,7 +86,9 @@ class Beginning:
         where = text_of(content, "where") or "."
         self._desk.folder.within(where)
         words = ["init", word_of(where), "--yes"]
-        words += [f"--{option}={said}" for option in OPTIONS if (said := text_of(content, option))]
+        given = {option: text_of(content, option) for option in OPTIONS}
+        given |= {option: _number(content, option) for option in NUMBERS}
+        words += [f"--{option}={said}" for option, said in given.items() if said]
         choices = [key for key in ("model", "second-force") if key in content]
         words += [f"--{key}" if content[key] is True else f"--no-{key}" for key in choices]
         words += [f"--further={name}" for name in FURTHER if content.get(f"further-{name}") is True]
@@ -84,16 +96,61 @@ class Beginning:
             number, until = text_of(content, f"certificate-{channel}"), text_of(content, f"until-{channel}")
             if number:
                 words.append(f"--certificate={channel}={number}" + (f"@{until}" if until else ""))
-            zero, slope = text_of(content, f"zero-{channel}"), text_of(content, f"slope-{channel}")
-            if zero or slope:
-                pair = (zero or "0", slope or "0")
-                words.append(f"--coefficients={channel}=" + ",".join(one.replace(",", ".") for one in pair))
+            if wrong := _wrong_coefficient(content, channel):
+                return refusal(409, wrong[1], wrong[0])
+            zero, slope = (_number(content, f"{key}-{channel}") for key in ("zero", "slope"))
+            if slope:
+                words.append(f"--coefficients={channel}={zero or '0'},{slope}")
         answer = await self._desk.commands.ask(*words)
         if answer.status:
-            raise BadInput(answer.problem)
+            field, problem = in_page_words(answer.problem)
+            return refusal(409, problem, field)
         campaign = text_of(content, "campaign")
         name = campaign if campaign in FIRST_CAMPAIGNS else FIRST_CAMPAIGNS[0]
         place = "" if where == "." else f"{where.rstrip('/')}/"
         if text_of(content, "controller") == RECORDED:
             return JSONResponse({"stand": f"{place}stand.toml", "command": answer.command})
         return JSONResponse({"campaign": f"{place}{name}.toml", "command": answer.command})
+
+
+def in_page_words(problem: str) -> tuple[str, str]:
+    """Return which field a message of ``init`` is about, and what it says of it.
+
+    Parameters
+    ----------
+    problem : str
+        As the command says it, such as ``Invalid value for '--port': 99999 is not in the range 1<=x<=65535``.
+
+    Returns
+    -------
+    tuple of str
+        The option without its dashes, empty where the message is about none of the page's; and the message.
+    """
+    match = _REFUSED.fullmatch(problem)
+    field = (match[1] or match[2]) if match else ""
+    if match is None or field not in OPTIONS:
+        return "", problem
+    said = match[3].rstrip(".")
+    for pattern, words in _WORDS:
+        said = pattern.sub(words, said)
+    return field, said
+
+
+def _number(content: dict[str, Any], key: str) -> str:
+    return text_of(content, key).replace(",", ".")
+
+
+def _wrong_coefficient(content: dict[str, Any], channel: str) -> tuple[str, str] | None:
+    """Return the field of a coefficient that is none, and what is wrong; None where nothing is."""
+    fields = (f"zero-{channel}", f"slope-{channel}")
+    for field in fields:
+        if said := _number(content, field):
+            try:
+                float(said)
+            except ValueError:
+                return field, f"“{text_of(content, field)}” is no number; write e.g. 9.54e-05"
+    if _number(content, fields[0]) and not _number(content, fields[1]):
+        return fields[
+            1
+        ], "is missing: a zero alone makes no measure of a reading; give the certificate's slope"
+    return None

@@ -193,11 +193,11 @@ def _told(secret: tuple[str, str] | None) -> Iterator[tuple[tuple[str, ...], tup
         os.close(reading)
 
 
-def tail_of(log: Path) -> str:
-    """Return the end of a log; empty where there is none."""
+def tail_of(log: Path, first: int = 0) -> str:
+    """Return the end of a log, of what stands behind its first bytes; empty where there is none."""
     with suppress(OSError), log.open("rb") as stream:
         size = stream.seek(0, os.SEEK_END)
-        stream.seek(max(0, size - MOST_LOG_BYTES))
+        stream.seek(max(first, size - MOST_LOG_BYTES))
         return stream.read().decode("utf-8", "replace")
     return ""
 

@@ -230,8 +230,7 @@ class Folder:
         kind = kind_of(content)
         if kind is None:
             return None
-        own = content.get(kind)
-        facts = own if isinstance(own, dict) else {}
+        facts = content[kind]
         said = (str(facts.get("id", "")), _title(facts))
         try:
             READERS[kind](path)
@@ -241,21 +240,19 @@ class Folder:
 
 
 def kind_of(content: dict[str, Any]) -> Kind | None:
-    """Return which settings file this is by its tables; None if it is none of the three."""
-    if "campaign" in content:
-        return "campaign"
-    if "stand" in content:
-        return "stand"
-    if "specimen" in content:
-        return "specimen"
-    return None
+    """Return which settings file this is by its tables; None if it is none of the three.
+
+    A key of such a name that is no table makes none: a stored zero states its specimen by ``specimen = "…"``.
+    """
+    kinds: tuple[Kind, ...] = ("campaign", "stand", "specimen")
+    return next((kind for kind in kinds if isinstance(content.get(kind), dict)), None)
 
 
 def _kind_of_text(path: Path) -> Kind | None:
     """Return the kind of a file that is no TOML, by the headings that it has."""
     with suppress(OSError, UnicodeDecodeError):
         text = path.read_text(encoding="utf-8")
-        return kind_of({line.strip(" []\r"): None for line in text.splitlines() if line.startswith("[")})
+        return kind_of({line.strip(" []\r"): {} for line in text.splitlines() if line.startswith("[")})
     return None
 
 

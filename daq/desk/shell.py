@@ -33,7 +33,7 @@ CONTENT_TYPES = {
 }
 NOT_HERE = "this is done at the stand's own computer only: open the desk there"
 CLOSING = "this was broken off: the desk is being closed"
-LOOK_ONLY = "this page may only look on: open the desk's link for control"
+LOOK_ONLY = "this page may only look on: open the link “to work” that the desk printed when it was started"
 
 T = TypeVar("T")
 Look = Callable[[Request], Awaitable[Response]]
@@ -209,9 +209,9 @@ def local_time(text: str) -> str:
     return f"{moment.astimezone():%Y-%m-%d %H:%M %Z}"
 
 
-def refusal(status: int, text: str) -> Response:
-    """Return an answer to a page that something is not done, and why."""
-    return JSONResponse({"problem": plain(text)}, status)
+def refusal(status: int, text: str, field: str = "") -> Response:
+    """Return an answer to a page that something is not done, why, and for which field of its form."""
+    return JSONResponse({"problem": plain(text), **({"field": field} if field else {})}, status)
 
 
 async def unless_closed(answer: Awaitable[T]) -> T:

@@ -112,6 +112,19 @@ def test_it_outlives_the_desk_and_the_next_desk_finds_and_stops_it(folder: Path)
         assert (status, "no campaign runs" in said["problem"]) == (409, True)
         status, said = second.post("/campaign/resume", {"folder": "out", "specimen": "other"})
         assert (status, "“other” was given" in said["problem"]) == (409, True)
+        # What the command says of this start, not what it wrote of the stop before.
+        status, said = second.post(
+            "/campaign/resume", {"folder": "out", "specimen": "other", "edits": "take"}
+        )
+        assert (status, "“other” was given" in said["problem"]) == (409, True)
+        assert "stopped by" not in said["problem"]
+        (folder / "checklist.toml").write_text('items = ["hall clear"]\n')
+        assert "hall clear" in second.request("GET", "/campaign?folder=out")[2]
+        status, said = second.post("/campaign/resume", {"folder": "out", "specimen": "A-105-E-01"})
+        assert (status, "is not ticked: hall clear" in said["problem"]) == (409, True)
+        (folder / "checklist.toml").write_text("items = 3\n")
+        status, _, page = second.request("GET", "/campaign?folder=out")
+        assert (status, "checklist.toml" in page) == (200, True)
         assert (folder / "out" / "desk.log").stat().st_mode & 0o077 == 0
 
 

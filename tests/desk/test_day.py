@@ -177,7 +177,9 @@ def live(it: Technician, desk: Served, folder: str, size: Any) -> None:
     it.wait("!location.pathname.startsWith('/campaign') && Number(document.body.dataset.redraws) > 3")
     assert it.tab.url.split("/")[2] != f"127.0.0.1:{desk.port}"
     it.complaints.clear()
-    it.go(f"{desk.origin}/campaign?folder={folder}")
+    assert it.tab.is_visible("#desk-link")
+    it.push("#desk-link")
+    it.wait("location.pathname === '/campaign'")
     it.wait("document.querySelector('[data-status]').dataset.status === 'running'")
     it.look("campaign", size)
 
@@ -191,11 +193,22 @@ def stopped_and_resumed(it: Technician, desk: Served, folder: str, size: Any) ->
     it.wait("document.querySelector('[data-status]').dataset.status === 'stopped'")
     assert json.loads(record.read_text())["stopped_by"] == "operator"
     it.look("stopped", size)
+    it.fill(specimen="B-77", operator="B. Jones")
+    it.push("#resume")
+    it.says("of the checklist is not ticked")
+    for box in it.tab.query_selector_all("#resuming [name=tick]"):
+        box.check()
+    it.fill(specimen="B-78")
+    it.push("#resume")
+    it.says("“B-78” was given, and the specimen is “B-77”")
+    it.complaints.clear()
     it.fill(specimen="B-77")
     it.push("#resume")
     it.has_said("It goes on.")
     it.wait("document.querySelector('[data-status]').dataset.status === 'complete'", 300.0)
-    assert re.search("checklist ticked: hall clear", (record.parent / "notes.jsonl").read_text())
+    notes = (record.parent / "notes.jsonl").read_text()
+    assert len(re.findall("checklist ticked: hall clear", notes)) == 2
+    assert "B. Jones at the desk" in notes
 
 
 def reported(it: Technician, size: Any) -> None:

@@ -28,6 +28,18 @@ def test_it_finds_stands_specimens_and_campaigns_and_nothing_else(tmp_path: Path
     assert [one.id for one in found.of_kind("stand")] == ["simulated-630kN"]
 
 
+def test_a_stored_zero_is_no_specimen(tmp_path: Path) -> None:
+    laboratory(tmp_path)
+    text = (
+        'schema = "bufferstand/zero/1"\nhow = "touch"\nspecimen = "A-105-E-01"\n[channel.force]\nzero = 0.5\n'
+    )
+    (tmp_path / "stand.zero.toml").write_text(text)
+    (tmp_path / "two.toml").write_text('campaign = "demo"\n[stand]\nid = "other"\n')
+    found = {one.path: one.kind for one in Folder(tmp_path).contents().settings}
+    assert "stand.zero.toml" not in found
+    assert found["two.toml"] == "stand"
+
+
 def test_a_file_that_cannot_be_used_is_there_with_its_reason_and_place(tmp_path: Path) -> None:
     laboratory(tmp_path)
     stand = tmp_path / "stand.toml"

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import socket
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from bufferstand.daq.desk.beginning import in_page_words
 from tests.desk.in_process import DeskInProcess
-from tests.desk.served import HACK, SAMPLES
+from tests.desk.served import HACK, SAMPLES, laboratory
 
 RUN = "runs/005-harmonic-20mm-20mm-1.27Hz.h5"
 
@@ -182,3 +185,50 @@ def test_an_evaluation_is_given_with_the_command_that_makes_it(desk: DeskInProce
     damping, u = run["values"]["damping"]
     assert damping == pytest.approx(0.222, abs=0.002)
     assert 0.001 < u < 0.01
+
+
+@pytest.mark.parametrize(
+    ("content", "field", "said"),
+    [
+        ({"port": "99999"}, "port", "99999 is not from 1 to 65535"),
+        ({"stroke-max": "abc"}, "stroke-max", "“abc” is no number"),
+        ({"draw-wires": "9"}, "draw-wires", "9 is not from 1 to 4"),
+        ({"zero-force": "0,1", "slope-force": "x"}, "slope-force", "“x” is no number; write e.g. 9.54e-05"),
+        ({"zero-force": "0,1"}, "slope-force", "is missing: a zero alone makes no measure of a reading"),
+    ],
+    ids=str,
+)
+def test_a_wrong_value_of_the_first_files_is_said_at_its_field_in_the_pages_words(
+    desk: DeskInProcess, root: Path, content: dict[str, str], field: str, said: str
+) -> None:
+    answer = desk.act("/new", {"where": "first", **content})
+    assert (answer.status, answer.json["field"]) == (409, field)
+    assert answer.json["problem"].startswith(said)
+    assert "--" not in answer.json["problem"]
+    assert not (root / "first").exists()
+
+
+def test_what_is_about_no_field_keeps_its_words() -> None:
+    assert in_page_words("neu: cannot be written: Permission denied")[0] == ""
+    assert in_page_words("--certificate: “x” is no day; write it as 2027-01-31")[0] == ""
+
+
+@pytest.mark.slow
+def test_a_twin_that_runs_faster_is_said_beside_what_is_found_of_it(tmp_path: Path) -> None:
+    laboratory(tmp_path)
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    stand = tmp_path / "stand.toml"
+    text, number = re.subn(r"(?m)^port = \d+", f"port = {port}", stand.read_text())
+    assert number == 1
+    stand.write_text(text)
+    it = DeskInProcess(tmp_path)
+    with it.jobs.ending():
+        assert it.act("/check/twin", {"stand": "stand.toml", "what": "end"}).json["was"] is False
+        assert it.act("/check/twin", {"stand": "stand.toml", "what": "serve", "speed": "5"}).status == 200
+        assert '<option value="5" selected' in it.look("/check", {"stand": "stand.toml"}).text
+        found = it.act("/check/run", {"stand": "stand.toml"})
+        assert "The simulated twin runs at 5 times real time" in found.json["html"]
+        assert it.act("/check/twin", {"stand": "stand.toml", "what": "end"}).json["was"] is True
+        assert "selected" not in it.look("/check", {"stand": "stand.toml"}).text.split('value="5"')[1][:10]

@@ -43,3 +43,38 @@ def test_script_in_a_file_is_shown_as_text_and_never_run(browser: Any, tmp_path:
         assert it.tab.evaluate("window.hacked") is None
         assert it.tab.locator("img, main script").count() == 0
         assert it.complaints == []
+
+
+def test_the_link_to_work_opens_where_the_page_is_shown_already(browser: Any, tmp_path: Path) -> None:
+    with served(tmp_path) as desk, Tab(browser, f"{desk.origin}/") as it:
+        it.says("may only look on")
+        it.go(desk.link)  # only what is behind the # is other: the browser loads nothing by itself
+        entered(it)
+        assert desk.token not in it.tab.url
+        assert it.complaints == []
+
+
+def test_a_wrong_value_of_the_first_files_is_marked_and_a_mended_one_is_written(
+    browser: Any, tmp_path: Path
+) -> None:
+    with served(tmp_path) as desk, Tab(browser, desk.link) as it:
+        entered(it)
+        it.go(f"{desk.origin}/new")
+        it.tab.fill("#max-stroke", "85")
+        it.tab.press("#max-stroke", "Tab")
+        assert it.tab.is_visible("#model-help")
+        assert not it.tab.is_checked("#model")
+        it.tab.fill("#max-stroke", "105,0")
+        it.tab.press("#max-stroke", "Tab")
+        assert it.tab.is_checked("#model"), "what was ticked is ticked again"
+        it.tab.fill("#port", "99999")
+        it.tab.click("#make")
+        it.says("Its port: 99999 is not from 1 to 65535")
+        assert it.tab.evaluate("document.activeElement.id") == "port"
+        assert it.tab.get_attribute("#port", "aria-invalid") == "true"
+        it.tab.fill("#port", "15021")
+        it.tab.click("#make")
+        it.wait("location.pathname === '/prepare'")
+        it.says("The files are written")
+    assert "port = 15021" in (tmp_path / "stand.toml").read_text()
+    assert "max_stroke_mm = 105.0" in (tmp_path / "specimens" / "A-0001.toml").read_text()

@@ -14,7 +14,7 @@ import pytest
 from bufferstand.daq.desk.chosen import chosen_of
 from bufferstand.daq.desk.folder import Folder
 from bufferstand.daq.desk.results.curves import curve_of
-from bufferstand.daq.desk.results.evaluations import OtherSettings, columns, settings_of
+from bufferstand.daq.desk.results.evaluations import OtherSettings, columns, in_words, settings_of
 from bufferstand.evaluation.document import evaluate_entry
 from bufferstand.foundation import BadInput
 from bufferstand.model import load_model
@@ -154,6 +154,12 @@ def test_the_figures_are_those_of_the_command(desk: Served, laboratory: Path) ->
     assert f"model compare {MODEL} {HARMONIC}" in curves["command"]
 
 
+def test_a_figure_that_moved_is_named_in_words() -> None:
+    assert in_words("damping") == "damping"
+    assert in_words("extreme_force_max_kN").endswith(" in kN, of the whole record")
+    assert in_words("of_tomorrow_kN") == "of tomorrow kN"
+
+
 @pytest.mark.slow
 def test_other_settings_stand_beside_with_what_moved(desk: Served) -> None:
     status, found = desk.post("/results/again", {"run": [HARMONIC], "moving_mass_kg": "400"})
@@ -163,6 +169,9 @@ def test_other_settings_stand_beside_with_what_moved(desk: Served) -> None:
     omega = 2 * 3.14159 * 1.2732
     assert abs(stiffness["difference"]) == pytest.approx(400.0 * omega**2 / 1e6, rel=0.05)
     assert "--moving-mass 400" in found["command"]
+    assert stiffness["words"].endswith("in kN/mm")
+    beyond = [one["beyond_uncertainty"] for one in found["moves"]]
+    assert beyond == sorted(beyond, reverse=True), "what counts stands first"
     status, refused = desk.post("/results/again", {"run": [HARMONIC]})
     assert (status, "nothing is set otherwise" in refused["problem"]) == (409, True)
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 
-from bufferstand.daq.desk.commands import tail_of
+from bufferstand.daq.desk.commands import tail_of, word_of
 from bufferstand.daq.desk.shell import Desk
 from bufferstand.daq.operator import is_running
 from bufferstand.foundation import BadInput
@@ -39,6 +40,7 @@ async def launch(desk: Desk, folder: Path, *words: str, add: bool = False) -> No
     if is_running(folder):
         raise BadInput("a campaign is running in this folder already", remedy="wait for its end, or stop it")
     log, fresh = folder / LOG_NAME, not folder.exists()
+    before = log.stat().st_size if add and log.exists() else 0
     process = desk.commands.begin(log, *words, add=add)
     loop = asyncio.get_running_loop()
     end_s = loop.time() + BEGIN_S
@@ -48,7 +50,7 @@ async def launch(desk: Desk, folder: Path, *words: str, add: bool = False) -> No
         await asyncio.sleep(LOOK_S)
     status = process.poll()
     if status == 2:
-        said = tail_of(log).strip()
+        said = tail_of(log, before).strip()
         if fresh:  # nothing has begun: nothing is left behind
             with suppress(OSError):
                 log.unlink()
@@ -59,3 +61,20 @@ async def launch(desk: Desk, folder: Path, *words: str, add: bool = False) -> No
             if line.startswith("bufferstand: ")
         ]
         raise BadInput("\n".join(lines) or said or "the command ended without a word")
+
+
+async def note_of_start(desk: Desk, name: str, items: Collection[str], operator: str) -> None:
+    """Write down in the campaign's notes who has ticked what before the stand moved.
+
+    Parameters
+    ----------
+    desk : Desk
+    name : str
+        The campaign's folder, from the desk's.
+    items : collection of str
+        The checklist; it may be empty.
+    operator : str
+        Who stands there; empty where nobody said.
+    """
+    said = f"checklist ticked: {'; '.join(items)}" if items else "started at the desk"
+    await desk.commands.ask("note", "--", word_of(name), f"{said} ({operator or 'someone'} at the desk)")

@@ -12,12 +12,13 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from bufferstand.daq.campaign_folder import CampaignRecord, load_record
-from bufferstand.daq.desk.campaigns.launching import LOG_NAME, launch
+from bufferstand.daq.desk.campaigns.launching import LOG_NAME, launch, note_of_start
 from bufferstand.daq.desk.chosen import Chosen
 from bufferstand.daq.desk.commands import tail_of, word_of
 from bufferstand.daq.desk.jobs import Job, Jobs
 from bufferstand.daq.desk.reports import Reports
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
+from bufferstand.daq.desk.stand import checklist_of, demand_id, demand_ticked
 from bufferstand.daq.operator import read_notes
 from bufferstand.foundation import BadInput
 
@@ -74,12 +75,16 @@ class Campaigns:
             )
         folder, record = await asyncio.to_thread(self._known, name)
         shown = self._desk.commands.shown
+        items, problem = await asyncio.to_thread(_checklist_shown, record)
         return self._desk.page(
             request,
             "campaign.html",
             title=str(record.plan.get("campaign", {}).get("title") or name),
             name=name,
             pieces=await self._pieces(folder, record),
+            items=items,
+            checklist_problem=problem,
+            operator=str(record.plan.get("campaign", {}).get("operator") or ""),
             report=await asyncio.to_thread(self._reports.form, Chosen((name,), (folder,))),
             commands={
                 "live": shown("monitor", word_of(name)),
@@ -134,15 +139,23 @@ class Campaigns:
         return JSONResponse({"said": "noted"})
 
     async def resume(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
-        """Go on with the campaign, from this computer, with the specimen's id typed."""
-        folder, specimen = self._folder(content), text_of(content, "specimen")
+        """Go on with the campaign, from this computer, with the specimen's id and the checklist ticked."""
+        folder, record = await asyncio.to_thread(self._known, text_of(content, "folder"))
+        specimen, edits = text_of(content, "specimen"), text_of(content, "edits")
         if not specimen:
             raise BadInput(
                 "the specimen's id was not typed: nothing was moved", remedy="read it off the specimen"
             )
-        words = ["resume", word_of(self._desk.folder.name(folder)), "--yes-move", specimen]
-        words += {"take": ["--take-edits"], "keep": ["--keep"]}.get(text_of(content, "edits"), [])
+        items = await asyncio.to_thread(_checklist, record)
+        demand_ticked(items, content.get("ticked"))
+        meant = str(record.plan.get("specimen", {}).get("id", ""))
+        if meant and edits != "take":  # the edits may name another one: the command looks
+            demand_id(specimen, meant, "specimen", "put in the specimen of this campaign")
+        name = self._desk.folder.name(folder)
+        words = ["resume", word_of(name), "--yes-move", specimen]
+        words += {"take": ["--take-edits"], "keep": ["--keep"]}.get(edits, [])
         await launch(self._desk, folder, *words, add=True)
+        await note_of_start(self._desk, name, items, text_of(content, "operator", 80))
         return JSONResponse({"said": "it goes on"})
 
     def _folder(self, content: dict[str, Any]) -> Path:
@@ -168,6 +181,19 @@ class Campaigns:
             "state": state,
             "record": self._desk.fragment("campaign_record.html", notes=_notes(folder), log=written),
         }
+
+
+def _checklist(record: CampaignRecord) -> tuple[str, ...]:
+    """Return the checklist of the stand that the campaign was started on."""
+    return checklist_of(Path(record.stand_folder) / "stand.toml") if record.stand_folder else ()
+
+
+def _checklist_shown(record: CampaignRecord) -> tuple[tuple[str, ...], str]:
+    """Return the checklist and what is wrong with it: the page comes all the same, it has the stop on it."""
+    try:
+        return _checklist(record), ""
+    except BadInput as error:
+        return (), str(error)
 
 
 def _notes(folder: Path) -> list[tuple[str, str]]:

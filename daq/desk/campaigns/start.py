@@ -10,18 +10,22 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from bufferstand.daq.desk.campaigns.launching import launch
+from bufferstand.daq.desk.campaigns.launching import launch, note_of_start
 from bufferstand.daq.desk.commands import word_of
 from bufferstand.daq.desk.prepare import plan_view
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
-from bufferstand.daq.desk.stand import checklist_of, demand_ticked
+from bufferstand.daq.desk.stand import checklist_of, demand_id, demand_ticked
 from bufferstand.drivers.stand_file import load_stand
 from bufferstand.foundation import BadInput
-from bufferstand.protocols.campaign_file import load_campaign
+from bufferstand.foundation.specimen import load_specimen
+from bufferstand.protocols.campaign_file import Campaign, load_campaign
 
 SPEEDS = ("1", "2", "5", "10", "20", "50")
 RUNS_FOLDER = "campaigns"
 """Where a new campaign's folder is proposed."""
+OTHER_SPECIMEN = (
+    "put in the specimen that the campaign names, or name in the campaign (Prepare) the one that is in"
+)
 
 
 class Start:
@@ -90,6 +94,7 @@ class Start:
         campaign = await asyncio.to_thread(load_campaign, path)
         items = checklist_of(campaign.stand_path)
         demand_ticked(items, content.get("ticked"))
+        demand_id(specimen, await asyncio.to_thread(_specimen_of, campaign), "specimen", OTHER_SPECIMEN)
         out = self._desk.folder.new(text_of(content, "out"))
         name = self._desk.folder.name(out)
         words = ["run", word_of(self._desk.folder.name(path)), "--out", word_of(name), "--yes-move", specimen]
@@ -99,10 +104,7 @@ class Start:
                 raise BadInput("there is no such speed", remedy=f"give one of {', '.join(SPEEDS)}")
             words += ["--simulate", "--speed", speed]
         await launch(self._desk, out, *words)
-        said = f"checklist ticked: {'; '.join(items)}" if items else "started at the desk"
-        await self._desk.commands.ask(
-            "note", "--", word_of(name), f"{said} ({operator or 'someone'} at the desk)"
-        )
+        await note_of_start(self._desk, name, items, operator)
         return JSONResponse({"folder": name})
 
     def _free_name(self, campaign: str) -> str:
@@ -112,3 +114,7 @@ class Start:
         while (self._desk.folder.root / (name := stem if number == 1 else f"{stem}-{number}")).exists():
             number += 1
         return name
+
+
+def _specimen_of(campaign: Campaign) -> str:
+    return load_specimen(campaign.specimen_path).specimen.id

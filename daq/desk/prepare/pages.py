@@ -207,8 +207,11 @@ def _draft(path: Path, text: str) -> Path:
     try:
         draft.write_text(text, encoding="utf-8", newline="")
     except (OSError, UnicodeEncodeError) as error:
+        why = getattr(error, "strerror", None) or error
         raise BadInput(
-            f"the plan needs a file beside it, which cannot be written: {error}", file=path.name
+            f"the plan needs a file beside it, which cannot be written: {why}",
+            file=path.name,
+            remedy="make the folder writable",
         ) from None
     return draft
 

@@ -127,7 +127,11 @@ async def evaluated_beside(commands: Commands, chosen: Chosen, settings: OtherSe
         raise BadInput(answer.problem or "the two evaluations cannot be compared")
     return {
         **_shown(new, facts, commands.folder),
-        "moves": [one for one in moved["moves"] if one["cycle"] is None],
+        "moves": [
+            {**one, "words": in_words(one["quantity"])}
+            for one in sorted(moved["moves"], key=lambda one: not one["beyond_uncertainty"])
+            if one["cycle"] is None
+        ],
         "changed": moved["changed"],
         "verdicts": _verdicts(old, new),
         "command": command,
@@ -181,6 +185,26 @@ def columns() -> list[dict[str, Any]]:
             }
         )
     return sorted(shown, key=lambda one: one["name"] not in BESIDE)
+
+
+def in_words(quantity: str) -> str:
+    """Return a figure's name of ``compare`` as one reads it, with its unit.
+
+    Parameters
+    ----------
+    quantity : str
+        Such as ``damping``, or ``extreme_force_max_kN`` for that of the whole record.
+    """
+    from bufferstand.evaluation.catalogue import QUANTITIES  # noqa: PLC0415 - takes a moment to load
+
+    whole = quantity.startswith("extreme_")
+    name = quantity.removeprefix("extreme_")
+    entry = next((one for one in QUANTITIES if one.name == name), None)
+    if entry is None:
+        said = name.replace("_", " ")
+    else:
+        said = entry.label[:1].lower() + entry.label[1:] + ("" if entry.unit == "1" else f" in {entry.unit}")
+    return f"{said}, of the whole record" if whole else said
 
 
 def _shown(document: Mapping[str, Any], facts: Mapping[str, Mapping[str, Any]], root: Path) -> dict[str, Any]:

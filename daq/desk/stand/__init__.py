@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from bufferstand.daq.desk.stand.checklist import (
         CHECKLIST_NAME,
         checklist_of,
+        demand_id,
         demand_ticked,
     )
     from bufferstand.daq.desk.stand.pages import (
@@ -18,6 +19,7 @@ __all__ = [
     "CHECKLIST_NAME",
     "Check",
     "checklist_of",
+    "demand_id",
     "demand_ticked",
 ]
 

@@ -1,4 +1,4 @@
-"""The laboratory's own checklist: what a person has looked at before a stand moves."""
+"""What a person has looked at before a stand moves: the laboratory's checklist, and the id that is typed."""
 
 from __future__ import annotations
 
@@ -50,4 +50,28 @@ def demand_ticked(items: Collection[str], ticked: object) -> None:
         raise BadInput(
             f"of the checklist is not ticked: {'; '.join(left)}",
             remedy="look at it, then tick it; nothing was moved",
+        )
+
+
+def demand_id(given: str, meant: str, what: str, remedy: str) -> None:
+    """Refuse a motion for which another id was typed than that of what is meant, before anything is started.
+
+    Parameters
+    ----------
+    given, meant : str
+        The id that was typed, and the one of the file.
+    what : str
+        What has it: ``stand``, ``specimen``.
+    remedy : str
+        What to do.
+
+    Raises
+    ------
+    BadInput
+        If they differ.
+    """
+    if given != meant:
+        raise BadInput(
+            f"nothing was moved, and no device was touched: “{given}” was given, and the {what} is “{meant}”",
+            remedy=remedy,
         )

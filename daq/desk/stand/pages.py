@@ -16,7 +16,7 @@ from bufferstand.daq.desk.commands import word_of
 from bufferstand.daq.desk.folder import read_stand
 from bufferstand.daq.desk.jobs import Job, Jobs
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
-from bufferstand.daq.desk.stand.checklist import CHECKLIST_NAME, checklist_of
+from bufferstand.daq.desk.stand.checklist import CHECKLIST_NAME, checklist_of, demand_id
 from bufferstand.daq.monitor import is_loopback
 from bufferstand.daq.zero import stored_zero
 from bufferstand.drivers.stand_file import RecordingStand, StandFile, load_stand
@@ -47,6 +47,7 @@ class Check:
         self._desk = desk
         self._jobs = jobs
         self._twins: dict[Path, Job] = {}
+        self._speeds: dict[Path, str] = {}
 
     def routes(self) -> list[Route]:
         """Return its routes."""
@@ -86,6 +87,7 @@ class Check:
             checklist_name=CHECKLIST_NAME,
             twin=_has_twin(stand),
             twin_runs=self._runs(path),
+            twin_speed=self._speed(path),
             disk=_disk_text(self._desk.folder.root),
             steps=STEPS_MM,
             commands={
@@ -109,6 +111,7 @@ class Check:
             faults=found["faults"],
             notes=sum(one["verdict"] == "note" for one in found["findings"]),
             command=answer.command,
+            twin_speed=self._speed(path),
         )
         return JSONResponse({"html": shown, "faults": found["faults"]})
 
@@ -120,7 +123,7 @@ class Check:
             if running:
                 self._twins[path].stop()
                 await asyncio.to_thread(self._twins[path].process.wait, 15.0)
-            return JSONResponse({"running": False})
+            return JSONResponse({"running": False, "was": running})
         if not _has_twin(await asyncio.to_thread(load_stand, path)):
             raise BadInput(
                 "this stand has no simulated twin on this computer", remedy="it needs [simulation]"
@@ -135,6 +138,7 @@ class Check:
             # It shares this computer with whoever reads it: it waits, as a rehearsal's stand does.
             words = ("simulate-stand", name, "--speed", speed, "--wait-for-reader")
             self._twins[path] = self._jobs.begin(*words, ends_with_desk=True)
+            self._speeds[path] = speed
         job = self._twins[path]
         while job.running and READY not in job.text:
             await asyncio.sleep(0.2)
@@ -144,8 +148,9 @@ class Check:
 
     async def zero(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Touch off the specimen."""
-        name = word_of(self._desk.folder.name(self._path(content)))
-        words = ["stand", "zero", name, "--yes-move", self._typed(content)]
+        path = self._path(content)
+        name = word_of(self._desk.folder.name(path))
+        words = ["stand", "zero", name, "--yes-move", await self._typed(content, path)]
         for option, key in (("--specimen", "specimen"), ("--operator", "operator")):
             if said := text_of(content, key):
                 words += [option, said]
@@ -159,22 +164,30 @@ class Check:
 
     async def jog(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Move the piston by a small step."""
-        name, step = word_of(self._desk.folder.name(self._path(content))), text_of(content, "by")
+        path, step = self._path(content), text_of(content, "by")
+        name = word_of(self._desk.folder.name(path))
         if step not in STEPS_MM:
             raise BadInput("one push moves by 1 mm at most")
-        words = ("stand", "jog", name, f"--by={step}", "--yes-move", self._typed(content))
+        words = ("stand", "jog", name, f"--by={step}", "--yes-move", await self._typed(content, path))
         return _watched(self._jobs.begin(*words))
 
-    def _typed(self, content: dict[str, Any]) -> str:
+    async def _typed(self, content: dict[str, Any], path: Path) -> str:
+        """Return the stand's id as it was typed; another one is refused before any command is started."""
         typed = text_of(content, "id")
         if not typed:
             raise BadInput(
                 "the stand's id was not typed: nothing was moved", remedy="see that everybody is clear of it"
             )
+        stand = await asyncio.to_thread(load_stand, path)
+        demand_id(typed, stand.stand.id, "stand", "go to the stand that is meant, and open its page")
         return typed
 
     def _runs(self, path: Path) -> bool:
         return path in self._twins and self._twins[path].running
+
+    def _speed(self, path: Path) -> str:
+        """Return how fast the twin runs that this desk serves; 1 where it serves none."""
+        return self._speeds[path] if self._runs(path) else "1"
 
     def _path(self, content: dict[str, Any]) -> Path:
         return self._desk.folder.inside(text_of(content, "stand"), ".toml")

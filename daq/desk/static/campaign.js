@@ -33,7 +33,9 @@
 
   on("live", async () => {
     const said = await Desk.ask("/campaign/live", { folder });
-    location.assign(said.link);
+    const page = new URL(said.link);
+    page.searchParams.set("desk", `${location.origin}/campaign?folder=${encodeURIComponent(folder)}`);
+    location.assign(page.href);
   });
   for (const button of document.querySelectorAll("[data-after]"))
     button.addEventListener("click", () => Desk.during(button, async () => {
@@ -57,7 +59,15 @@
     event.preventDefault();
     Desk.during(Desk.byId("resume"), async () => {
       Desk.say("It is being resumed…");
-      await Desk.ask("/campaign/resume", { folder, specimen: Desk.byId("specimen").value, edits: Desk.byId("edits").value });
+      await Desk.ask("/campaign/resume", {
+        folder,
+        specimen: Desk.byId("specimen").value,
+        edits: Desk.byId("edits").value,
+        operator: Desk.byId("operator").value,
+        ticked: [...document.querySelectorAll("#resuming [name=tick]:checked")].map((one) => one.value),
+      });
+      // What was looked at is looked at anew before the next motion.
+      for (const one of document.querySelectorAll("#resuming [name=tick]")) one.checked = false;
       Desk.say("It goes on.");
       await look();
     });

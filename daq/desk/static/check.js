@@ -15,7 +15,7 @@
   async function twin(what) {
     const said = await Desk.ask("/check/twin", { stand, what, speed: Desk.byId("speed").value });
     Desk.byId("twin-state").textContent = said.running ? "It is being served." : "It is not being served by this desk.";
-    Desk.say(said.running ? "The simulated stand can be asked." : "The simulated stand has ended.");
+    Desk.say(said.running ? "The simulated stand can be asked." : said.was ? "The simulated stand has ended." : "This desk serves no simulated stand.");
   }
   on("twin-serve", () => twin("serve"));
   on("twin-end", () => twin("end"));

@@ -17,7 +17,7 @@ const Desk = {
       throw new Error("The desk does not answer: has it been ended? Start “bufferstand desk” again.");
     }
     const said = await answer.json().catch(() => ({}));
-    if (!answer.ok) throw new Error(said.problem || `The desk refused (${answer.status}).`);
+    if (!answer.ok) throw Object.assign(new Error(said.problem || `The desk refused (${answer.status}).`), { field: said.field });
     return said;
   },
 
@@ -27,6 +27,11 @@ const Desk = {
     place.textContent = text;
     place.classList.toggle("problem", bad);
     if (bad) place.scrollIntoView({ block: "nearest" });
+  },
+
+  /** Say something on the page that is opened next. */
+  sayNext(text) {
+    try { sessionStorage.setItem("said", text); } catch { /* a window that keeps nothing */ }
   },
 
   /** Show a command that was started as it goes (#job); return how it ended. */
@@ -65,7 +70,7 @@ const Desk = {
   },
 };
 
-(async () => {
+Desk.enter = async () => {
   const token = location.hash.slice(1);
   if (token.length > 15) {
     history.replaceState(null, "", location.pathname + location.search);
@@ -76,7 +81,16 @@ const Desk = {
       Desk.say(error.message, true);
     }
   }
-})();
+};
+try {
+  const said = sessionStorage.getItem("said");
+  if (said) Desk.say(said);
+  sessionStorage.removeItem("said");
+} catch { /* as above */ }
+
+// A link that is opened where the page is shown already changes what is behind the # alone: nothing is loaded.
+addEventListener("hashchange", Desk.enter);
+Desk.enter();
 
 const door = Desk.byId("door");
 if (door) {

@@ -11,11 +11,15 @@
     fields[fields.indexOf(event.target) + 1]?.focus();
   });
   // The shipped spring is that of a buffer with elastomer and 105 mm: no other is planned with it.
+  const model = Desk.byId("model");
+  let wanted = model.checked;
+  model.addEventListener("change", () => { wanted = model.checked; });
   form.addEventListener("change", () => {
-    const stroke = Desk.byId("max-stroke").value.trim();
+    const stroke = Desk.byId("max-stroke").value.trim().replace(",", ".");
     const alike = Desk.byId("kind").value === "buffer" && Desk.byId("elastic-system").value === "elastomer" && (!stroke || Number(stroke) === 105);
-    Desk.byId("model").disabled = !alike;
-    if (!alike) Desk.byId("model").checked = false;
+    model.disabled = !alike;
+    model.checked = alike && wanted;
+    Desk.byId("model-help").hidden = alike;
   });
   // What is not asked of a stand that is recorded only, or not known of a controller that is polled.
   const asked = () => {
@@ -25,12 +29,44 @@
   };
   form.addEventListener("change", asked);
   asked();
+  let typed = false;  // what was typed is not thrown away without a question
+  form.addEventListener("input", () => { typed = true; });
+  addEventListener("beforeunload", (event) => { if (typed) event.preventDefault(); });
+
+  /** Say at its field what is wrong there. */
+  function mark(id, text) {
+    const field = Desk.byId(id), name = document.querySelector(`label[for="${id}"]`).textContent;
+    const message = Object.assign(document.createElement("p"), { className: "problem", id: `${id}-wrong`, textContent: text });
+    field.setAttribute("aria-invalid", "true");
+    field.setAttribute("aria-errormessage", message.id);
+    field.after(message);
+    field.focus();
+    return `${name}: ${text}`;
+  }
+  function unmark() {
+    for (const one of form.querySelectorAll("p.problem")) one.remove();
+    for (const one of form.querySelectorAll("[aria-invalid]")) {
+      one.removeAttribute("aria-invalid");
+      one.removeAttribute("aria-errormessage");
+    }
+  }
+
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     Desk.during(Desk.byId("make"), async () => {
       const content = {};
       for (const one of form.elements) if (one.name && !one.closest("[hidden]")) content[one.name] = one.type === "checkbox" ? one.checked : one.value;
-      const said = await Desk.ask("/new", content);
+      unmark();
+      Desk.say("The files are being written…");
+      let said;
+      try {
+        said = await Desk.ask("/new", content);
+      } catch (error) {
+        if (!error.field || !Desk.byId(error.field)) throw error;
+        return Desk.say(mark(error.field, error.message), true);
+      }
+      typed = false;
+      Desk.sayNext("The files are written: look at them, and change what is yours.");
       location.assign(said.campaign ? `/prepare?campaign=${encodeURIComponent(said.campaign)}` : `/check?stand=${encodeURIComponent(said.stand)}`);
     });
   });

@@ -31,20 +31,25 @@
       if (said.plan) place.innerHTML = said.plan;
       else wrong(said);
     } catch (error) {
-      if (mine === asked) Desk.say(error.message, true);
+      if (mine !== asked) return;
+      Desk.say(error.message, true);
+      noPlan(error.message); // what is shown there is of another text, or nothing yet
     } finally {
       if (mine === asked) place.removeAttribute("aria-busy");
     }
   }
 
+  function noPlan(why) {
+    const none = document.createElement("p");
+    none.className = "problem";
+    none.textContent = `No plan: ${why}`;
+    Desk.byId("plan").replaceChildren(none);
+  }
+
   /** Say what is wrong above the text, at its line, and at its field of the form. */
   function wrong(said) {
     Desk.byId("wrong").textContent = said.wrong;
-    Desk.byId("plan").innerHTML = "";
-    const none = document.createElement("p");
-    none.className = "problem";
-    none.textContent = `No plan: ${said.wrong}`;
-    Desk.byId("plan").append(none);
+    noPlan(said.wrong);
     text.setAttribute("aria-invalid", "true");
     if (said.line && document.activeElement !== text) {
       const height = parseFloat(getComputedStyle(text).lineHeight);
@@ -90,6 +95,8 @@
       try {
         const said = await Desk.ask("/prepare/edit", named({ what: "set", path: JSON.parse(field.dataset.path), value: field.value }));
         text.value = said.text;
+        field.removeAttribute("aria-invalid"); // it is a value now; what a plan says of it comes with the plan
+        field.closest(".field").querySelector(".at-place")?.remove();
         changed();
       } catch (error) {
         unmark();

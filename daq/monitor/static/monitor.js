@@ -373,8 +373,16 @@ $("door-form").addEventListener("submit", async (event) => {
   try { await enter($("door-token").value.trim().replace(/^.*#/, "")); } catch (error) { put("door-answer", error.message); }
 });
 
+// Whoever came from the desk finds back: to an address of this computer's own pages, and to no other.
+try {
+  const desk = new URL(new URLSearchParams(location.search).get("desk"));
+  if (["http:", "https:"].includes(desk.protocol) && desk.hostname === location.hostname) { $("desk-link").href = desk.href; $("desk").hidden = false; }
+} catch { /* it was opened by its own link */ }
+
+// A link that is opened where the page is shown already changes what is behind the # alone: nothing is loaded.
+addEventListener("hashchange", () => location.reload());
 const token = location.hash.slice(1);
-if (token) history.replaceState(null, "", location.pathname);  // it stays in no history and no screenshot
+if (token) history.replaceState(null, "", location.pathname + location.search);  // it stays in no history and no screenshot
 try {
   const session = token ? await post("/session", { token }) : await (await fetch("/session", { credentials: "same-origin" })).json();
   if (session.rights === "none") door(); else begin(session);

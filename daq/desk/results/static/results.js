@@ -17,6 +17,11 @@ function certain(value, u) {
   const at = (one) => (places >= 0 ? one.toFixed(Math.min(places, 20)) : String(Math.round(one / step) * step)).replace("-", "−");
   return `${at(value)} ± ${at(u)}`;
 }
+// a value that is held against another: two digits beyond those of its U, more say nothing
+function beside(value, u) {
+  if (typeof value !== "number" || !u) return short(value);
+  return value.toFixed(Math.min(Math.max(3 - Math.floor(Math.log10(u)), 0), 20)).replace("-", "−");
+}
 // an uncertainty that the decimals of the figure would make nothing keeps its own
 function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
@@ -65,16 +70,17 @@ let asking = 0;
 async function loops() {
   const runs = state.result.runs.filter((r) => state.ticked.has(r.path) && r.loop), number = ++asking;
   if (!runs.length) { drawLoops($("loops"), []); $("legend").replaceChildren(make("li", "Tick a run above.")); $("model-table").hidden = true; return; }
+  if (!$("legend").children.length) $("legend").replaceChildren(make("li", "The loops are being read …"));
   try {
     const asked = { runs: runs.map((r) => ({ path: r.path, from_s: r.loop[0], to_s: r.loop[1] })), model: $("model").value };
     const answer = await fetch(`/results/curves?ask=${encodeURIComponent(JSON.stringify(asked))}`), found = await answer.json();
     if (!answer.ok) throw new Error(found.problem);
     if (number !== asking) return;
-    const curves = [], legend = [];
+    const curves = [], legend = [], several = new Set(runs.map((r) => r.specimen)).size > 1;
     found.curves.forEach((one, i) => {
       const tone = TONES[i % TONES.length], run = runs[i];
       const item = (text, dashed) => { const li = make("li"), mark = make("i", "", dashed ? "dashed" : ""); mark.style.color = tone; li.append(mark, text); return li; };
-      if (one.s) { curves.push({ s: one.s, f: one.f, tone }); legend.push(item(`${run.step || run.id}, cycle ${run.loop[2]}`)); }
+      if (one.s) { curves.push({ s: one.s, f: one.f, tone }); legend.push(item(`${several ? `${run.specimen || "–"}: ` : ""}${run.step || run.id}, cycle ${run.loop[2]}`)); }
       if (one.model) { curves.push({ s: one.model.s, f: one.model.f, tone, dashed: true }); legend.push(item("the model's", true)); }
       if (one.problem) legend.push(make("li", `${run.id}: ${one.problem}`));
     });
@@ -100,7 +106,7 @@ function requirements() {
 // on a phone each requirement is a card: its cells under each other, with their headings, the verdict first
 function requirement(r, one) {
   const cells = [
-    ["run", make("td", r.step || r.id, "wrap")], ["", make("td", `${one.id}: ${one.requirement}`, "wrap")], ["cycle", make("td", one.cycle ?? "")],
+    ["run", make("td", r.step || r.id, "wrap")], ["", make("td", one.requirement.startsWith(`${one.id}: `) ? one.requirement : `${one.id}: ${one.requirement}`, "wrap")], ["cycle", make("td", one.cycle ?? "")],
     ["measured", make("td", certain(one.measured, one.expanded_uncertainty))],
     ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit ?? "")],
     ["probability", make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3))],
@@ -153,7 +159,7 @@ $("again")?.addEventListener("submit", (event) => {
     $("beside").hidden = false;
     const moves = found.moves, beyond = moves.filter((m) => m.beyond_uncertainty).length;
     $("moved").textContent = moves.length || found.verdicts.length ? `${moves.length} figures moved, ${beyond} of them beyond their uncertainty; ${found.verdicts.length} verdicts are others.` : "Nothing moved.";
-    fill($("moves"), moves.map((m) => row([make("td", m.run), make("td", m.quantity, "left"), make("td", short(m.old)), make("td", short(m.new)), make("td", short(m.difference)), make("td", short(m.expanded_uncertainty)), make("td", m.beyond_uncertainty ? "yes" : "no", "left")])));
+    fill($("moves"), moves.map((m) => row([make("td", m.run), make("td", m.words, "left"), make("td", beside(m.old, m.expanded_uncertainty)), make("td", beside(m.new, m.expanded_uncertainty)), make("td", beside(m.difference, m.expanded_uncertainty)), make("td", m.expanded_uncertainty ? Number(m.expanded_uncertainty.toPrecision(2)).toString() : "–"), make("td", m.beyond_uncertainty ? "yes" : "no", "left")])));
     $("verdicts").hidden = !found.verdicts.length;
     fill($("verdicts"), found.verdicts.map((v) => row([make("td", v.run), make("td", v.id, "left"), make("td", v.cycle ?? ""), make("td", v.old ?? "–", `left ${v.old}`), make("td", v.new, `left ${v.new}`), make("td", v.why, "wrap")])));
     $("again-command").textContent = `${found.command} --json new.json; ${found.compared_by}`;
