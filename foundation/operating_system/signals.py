@@ -14,7 +14,7 @@ ENDING_SIGNALS: tuple[signal.Signals, ...] = tuple(
 
 @contextmanager
 def signals_held(numbers: Collection[signal.Signals] = ENDING_SIGNALS) -> Iterator[None]:
-    """While inside, these signals wait; Windows cannot let them wait.
+    """While inside, these signals wait in this thread; Windows cannot let them wait.
 
     A process that is started inside lets them wait, too, until it calls :func:`let_signals_come`.
     """

@@ -59,7 +59,6 @@ def test_what_is_no_knowledge_teaches_nothing(tmp_path: Path, text: str) -> None
     assert learned_in(tmp_path) is None
 
 
-@pytest.mark.slow
 def test_what_was_learned_in_a_step_that_never_ended_is_there_for_the_next_start(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
