@@ -17,8 +17,8 @@ STROKE_LABEL = said("Stroke [mm]")
 FORCE_LABEL = said("Force [kN]")
 STATIC_MM = 80.0
 """Height of the figure of quasi-static cycles [mm]."""
-_LOOPS_MM = 62.0
-_PANEL_MM = 26.0
+_LOOPS_MM = 56.0
+_PANEL_MM = 24.0
 _GRID = 200
 _LOOP_POINTS = 1500
 _FIGURE_POINTS = 12_000
