@@ -346,9 +346,9 @@ def test_the_simulated_stand_s_own_table_is_held_to_the_same() -> None:
     schema = SimulationSettings.model_json_schema()
     defs = schema["$defs"]
     wires = ("force", "amplifier", "stroke_1", "stroke_2", "position")
-    document: Document = {"miswired": {name: {} for name in wires}}
+    document: Document = {"miswired": {name: {} for name in wires}, "moves": {}}
     places = [*tables(schema, document, defs)]
-    assert len(places) == 2 + len(wires)
+    assert len(places) == 3 + len(wires)
     place = ("miswired", "thermometer", "temperature_1")
     places.append((place, MiswiredThermometer.model_json_schema()))
     for at, table in places:
