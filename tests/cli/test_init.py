@@ -114,7 +114,9 @@ def test_a_stand_that_another_controller_moves_is_recorded_only(tmp_path: Path, 
     assert not (tmp_path / "en15551.toml").exists()
     stand = load_recording_stand(written[0])
     channels = {channel.name: channel for _, channel in stand.channels()}
-    assert list(channels) == ["force", *(f"stroke_{number}" for number in range(1, wires + 1))]
+    strokes = [f"stroke_{number}" for number in range(1, wires + 1)]
+    temperatures = [f"temperature_{number}" for number in (1, 2, 3)]
+    assert list(channels) == ["force", *strokes, "force_2", *temperatures]
     assert channels["force"].calibration.coefficients == (1.5, 62.0)
     assert channels["force"].calibration.certificate == "K-17"
     assert written[0].read_text().startswith("#")
