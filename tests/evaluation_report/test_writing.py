@@ -204,7 +204,7 @@ def test_a_workbook_may_lie_in_the_folder_that_the_report_makes(report: Made, tm
     written = write_report(
         report.folder, out, formats=("html",), document=hand_made_document(), table=out / "report.xlsx"
     )
-    assert [path.name for path in written] == ["campaign0-report.html", "report.xlsx"]
+    assert [path.name for path in written] == [f"{report.folder.name}-report.html", "report.xlsx"]
     assert all(path.is_file() for path in written)
     with pytest.raises(BadInput, match="no such folder"):
         write_report(report.folder, out, formats=("html",), table=tmp_path / "other" / "report.xlsx")
