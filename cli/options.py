@@ -95,6 +95,20 @@ def monitor_option(function: Function) -> Function:
     )(function)
 
 
+def ambient_option(help_text: str) -> Callable[[Function], Function]:
+    """Return the option ``--ambient C``."""
+    return click.option("--ambient", "ambient_C", metavar="C", type=SPRING_C, help=help_text)
+
+
+def in_a_row_option(function: Function) -> Function:
+    """Add the option ``--in-a-row``."""
+    return click.option(
+        "--in-a-row",
+        is_flag=True,
+        help="The runs are all there was: the temperature goes on from one to the next.",
+    )(function)
+
+
 def twin_option(function: Function) -> Function:
     """Add the option ``--twin MODEL.toml``."""
     return click.option(

@@ -27,9 +27,7 @@ def build_sensors(stand_file: StandFile, clock: Clock) -> tuple[Sensor, ...]:
         except BadInput as error:
             if error.file is not None:
                 raise
-            raise BadInput(
-                error.problem, file=stand_file.path, place=error.place, remedy=error.remedy
-            ) from None
+            raise error.of_file(stand_file.path) from None
     for device in stand_file.thermometers:
         drivers["temperature"] += device.drivers(clock)
     beside = tuple(sensor for table in TAGS for sensor in drivers[table])

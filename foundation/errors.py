@@ -54,6 +54,10 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
         self.args = (self.message(),)
         return self
 
+    def of_file(self, file: Path | str) -> BadInput:
+        """Return the same finding as one of a file, for whoever knows the file and not what is in it."""
+        return BadInput(self.problem, file=file, place=self.place, remedy=self.remedy)
+
     def message(self) -> str:
         """Return the message: ``file: place: problem; remedy``, and a line for each further finding."""
         further = [f"  {one._line(named=False)}" for one in self._more[:MORE_SHOWN]]

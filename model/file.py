@@ -195,7 +195,7 @@ def load_model(path: str | Path) -> SpringModel:
             fit=None if content.fit is None else FitUncertainty(**content.fit.model_dump()),
         )
     except BadInput as error:
-        raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+        raise error.of_file(path) from None
 
 
 def _range_of(table: IdentifiedTable) -> IdentifiedRange:

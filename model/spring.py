@@ -266,6 +266,23 @@ class SpringModel:
         if self.identified is not None:
             self.identified.check(self.curves)
 
+    @property
+    def stated_fit(self) -> FitUncertainty:
+        """How well the fit knows its parameters.
+
+        Raises
+        ------
+        BadInput
+            If nobody says.
+        """
+        if self.fit is None:
+            raise BadInput(
+                f"the model “{self.name}” does not say how well it is known",
+                place="fit",
+                remedy="fit it again from its runs (model fit): the file then has [fit]",
+            )
+        return self.fit
+
     def width_scale(self, temperature_C: ArrayLike) -> NDArray[np.float64]:
         """Return e = 1 - c_eta (T - T_ref), between 0 and what leaves F_u >= 0; same shape."""
         law = self.temperature

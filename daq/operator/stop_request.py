@@ -12,9 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 from types import FrameType
+from typing import TypeVar
 
 from bufferstand.foundation.operating_system import ENDING_SIGNALS
 
+Taken = TypeVar("Taken")
 STOP_SIGNALS = ENDING_SIGNALS
 """Every one of them ends the campaign by the same safe stop."""
 
@@ -70,10 +72,7 @@ class StopRequest:
 
     def take_wishes(self) -> list[str]:
         """Return (and forget) what was asked for, each in one line: it belongs into the run at once."""
-        taken: list[str] = []
-        while self._wishes:
-            taken.append(self._wishes.popleft())
-        return taken
+        return _drained(self._wishes)
 
     def note(self, text: str) -> None:
         """Hand over a note of the operator's."""
@@ -85,17 +84,19 @@ class StopRequest:
 
     def take_findings(self) -> list[tuple[str, str]]:
         """Return (and forget) what was found: by whom, and the text."""
-        taken: list[tuple[str, str]] = []
-        while self._findings:
-            taken.append(self._findings.popleft())
-        return taken
+        return _drained(self._findings)
 
     def take_notes(self) -> list[str]:
         """Return (and forget) the notes that were handed over."""
-        taken: list[str] = []
-        while self._notes:
-            taken.append(self._notes.popleft())
-        return taken
+        return _drained(self._notes)
+
+
+def _drained(waiting: deque[Taken]) -> list[Taken]:
+    """Return (and forget) what waits; what another thread hands over meanwhile is taken now or next time."""
+    taken: list[Taken] = []
+    while waiting:
+        taken.append(waiting.popleft())
+    return taken
 
 
 @contextmanager

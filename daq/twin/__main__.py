@@ -69,12 +69,11 @@ def _listen(folder: Path, twin: LiveTwin) -> None:
 
 
 def _judge(folder: Path, twin: LiveTwin) -> None:
-    before = twin.document()["judged"]
+    before = twin.judged
     alarms = twin.judge()
-    document = twin.document()
-    if document["judged"] != before:
+    if twin.judged != before:
         with suppress(BadInput, OSError):
-            write_text(folder / TWIN_NAME, json.dumps(document, separators=(",", ":")))
+            write_text(folder / TWIN_NAME, json.dumps(twin.document(), separators=(",", ":")))
     for alarm in alarms:
         with suppress(BadInput):
             ask(folder, {"finding": alarm.sentence, "by": "twin"})

@@ -99,13 +99,18 @@ class LiveTwin:
             self._forget()
         return alarms
 
+    @property
+    def judged(self) -> int:
+        """Number of cycles that were judged."""
+        return self._twin.cycles
+
     def document(self) -> dict[str, Any]:
         """Return what the page draws: the band round the newest cycle, figures of the last, alarms."""
         return {
             "schema": TWIN_SCHEMA,
             "model": self._name,
             "step": self._step,
-            "judged": self._twin.cycles,
+            "judged": self.judged,
             "band": self._band,
             "cycles": list(self._rows),
             "alarms": self._alarms,

@@ -28,7 +28,7 @@ def load_stand(path: Path) -> StandFile:
     except BadInput as error:
         if error.file is not None:
             raise
-        raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+        raise error.of_file(path) from None
     return stand_file
 
 

@@ -130,7 +130,7 @@ def _explained(run: Run, error: BadInput, bounds: MemoryBounds) -> BadInput:
             place="time",
             remedy="sort the record by time, or name its time (--column time=HEADER); import it again",
         )
-    return BadInput(error.problem, file=run.path, place=error.place, remedy=error.remedy)
+    return error.of_file(run.path)
 
 
 def _series_of(run: Run, channel: str, bounds: MemoryBounds) -> Iterator[Series]:

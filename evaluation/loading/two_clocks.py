@@ -212,6 +212,8 @@ def _stretch(
 
 
 def _line(moving: list[_Stretch], span_s: float) -> tuple[float, float, float, float]:
+    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
     at_s = np.array([one.at_s for one in moving])
     late_s = np.array([one.late_s for one in moving])
     weight = np.array([one.weight for one in moving])
@@ -227,8 +229,6 @@ def _line(moving: list[_Stretch], span_s: float) -> tuple[float, float, float, f
     scatter = float(np.sum(weight * left**2)) * len(moving) / free
     covariance = np.linalg.inv(design.T @ design) * scatter / len(moving)
     # Of few stretches the scatter is not sure: U = 2 u is to cover as often as with many.
-    from scipy.special import stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
-
     widened = float(stdtrit(free, 0.5 * (1.0 + _COVERED))) / 2.0
     ends = (at_s[[0, -1]] - middle_s) if len(columns) > 1 else np.zeros(1)
     u2 = covariance[0, 0] + (float(np.max(ends**2)) * covariance[1, 1] / 3.0 if len(columns) > 1 else 0.0)

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.evaluation.facts import Cycle, FirstContact
-from bufferstand.evaluation.numerics import FloatArray
+from bufferstand.evaluation.loops.first_contact import noise_of_bends
 from bufferstand.evaluation.record import Record
 
 _LEAST_SLOPE = 0.5
@@ -49,7 +49,7 @@ def by_force_at_rest(
     stroke, force = record.stroke_mm[rows], record.force_kN[rows]
     if stroke.size < 2 * _FEWEST:
         return contact
-    noise_mm = _scatter(stroke[:_MOST])
+    noise_mm = noise_of_bends(stroke[:_MOST])
     stood_mm = float(np.median(stroke[:_FEWEST]))
     stands = int(np.argmax(stroke > stood_mm + max(0.05, _SURE * noise_mm)))
     if stands < _FEWEST:
@@ -78,7 +78,7 @@ def by_ways_out(
     if contact.stroke_mm is None or contact.rest_force_kN is None or record.between is not None:
         return contact
     rubs_kN = max(_RUBS_KN, _RUBS_SHARE * float(np.max(record.force_kN)))
-    above_kN = contact.rest_force_kN + rubs_kN + _SURE * _scatter(record.force_kN)
+    above_kN = contact.rest_force_kN + rubs_kN + _SURE * noise_of_bends(record.force_kN)
     low, high = _ends(contact)
     lowest = low
     for cycle in cycles:
@@ -107,10 +107,3 @@ def _between(contact: FirstContact, low_mm: float, high_mm: float) -> FirstConta
         beyond=abs(place) > expanded + contact.stated_zero_mm,
         why=f"first contact at {place:.2f} ± {expanded:.2f} mm of the recorded stroke",
     )
-
-
-def _scatter(values: FloatArray) -> float:
-    """Return the standard deviation of noise from second differences, whatever the trend."""
-    if values.size < _FEWEST:
-        return 0.0
-    return 1.4826 * float(np.median(np.abs(np.diff(values, n=2)))) / float(np.sqrt(6.0))

@@ -371,8 +371,12 @@ def _met_above(
 
 
 def _noise_mm(stroke_mm: FloatArray, at: int) -> float:
-    """Return the standard deviation of the stroke's noise about a sample, from its second differences."""
-    around = stroke_mm[max(0, at - 100) : at + 100]
-    if around.size < _FEWEST_REST:
+    """Return the standard deviation of the stroke's noise about a sample."""
+    return noise_of_bends(stroke_mm[max(0, at - 100) : at + 100])
+
+
+def noise_of_bends(values: FloatArray) -> float:
+    """Return the standard deviation of noise from second differences, whatever the trend; 0 of too few."""
+    if values.size < _FEWEST_REST:
         return 0.0
-    return 1.4826 * float(np.median(np.abs(np.diff(around, n=2)))) / float(np.sqrt(6.0))
+    return 1.4826 * float(np.median(np.abs(np.diff(values, n=2)))) / float(np.sqrt(6.0))

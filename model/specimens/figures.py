@@ -80,13 +80,7 @@ def figures_of(model: SpringModel, strokes_mm: Sequence[float]) -> list[Specimen
     BadInput
         If nobody says how well the model is known.
     """
-    if model.fit is None:
-        raise BadInput(
-            f"the model “{model.name}” does not say how well it is known",
-            place="fit",
-            remedy="fit it again from its runs (model fit): the file then has [fit]",
-        )
-    fit, x = model.fit, np.array(strokes_mm)
+    fit, x = model.stated_fit, np.array(strokes_mm)
     found = []
     for name, u in zip(fit.parameter, fit.standard_uncertainty, strict=True):
         if knot_of(name) is None:

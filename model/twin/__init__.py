@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         Twin,
         TwinStep,
         known_fit,
+        load_known,
         twin_of_runs,
     )
 
@@ -50,6 +51,7 @@ __all__ = [
     "increments",
     "judge_cycle",
     "known_fit",
+    "load_known",
     "moved_model",
     "stepped",
     "twin_of_runs",

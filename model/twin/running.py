@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bufferstand.foundation import BadInput
+from bufferstand.model.file import load_model
 from bufferstand.model.fit_uncertainty import FitUncertainty
 from bufferstand.model.identification import START_SIGMA_K, STATE_RANGES, Drive, cycles_of
 from bufferstand.model.spring import SpringModel
@@ -182,19 +184,30 @@ def known_fit(model: SpringModel) -> FitUncertainty:
     BadInput
         If nobody says it, or no cycle was held out.
     """
-    if model.fit is None:
-        raise BadInput(
-            f"the model “{model.name}” does not say how well it is known",
-            place="fit",
-            remedy="fit it again from its runs (model fit): the file then has [fit]",
-        )
-    if model.fit.held_out_cycles == 0:
+    fit = model.stated_fit
+    if fit.held_out_cycles == 0:
         raise BadInput(
             f"no cycle was held out from the fit of “{model.name}”: what it misses is not known",
             place="fit.held_out_cycles",
             remedy="fit it again without --no-validation, from runs of three or more cycles",
         )
-    return model.fit
+    return fit
+
+
+def load_known(path: Path) -> SpringModel:
+    """Read a model file by which cycles can be judged.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or :func:`known_fit` refuses it; with the file.
+    """
+    model = load_model(path)
+    try:
+        known_fit(model)
+    except BadInput as error:
+        raise error.of_file(path) from None
+    return model
 
 
 def twin_of_runs(model: SpringModel, drives: list[Drive]) -> tuple[Twin, list[TwinStep]]:

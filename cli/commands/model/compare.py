@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FOLDER, SPRING_C, warn
+from bufferstand.cli.options import EXISTING, FOLDER, SPRING_C, ambient_option, warn
 from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import ExitStatus
 
@@ -25,13 +25,7 @@ if TYPE_CHECKING:
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
 @click.option("--out", metavar="DIR", type=FOLDER, help="Write pictures as the paper's Figs 10 to 12.")
 @click.option("--format", "kind", type=click.Choice(["png", "svg"]), default="png", show_default=True)
-@click.option(
-    "--ambient",
-    "ambient_C",
-    metavar="C",
-    type=SPRING_C,
-    help="Of the air (default the run's own sensor).",
-)
+@ambient_option("Of the air (default the run's own sensor).")
 @click.option(
     "--temperature",
     "temperature_C",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bufferstand.cli.options import EXISTING, SPRING_C, warn, write_json
+from bufferstand.cli.options import EXISTING, ambient_option, warn, write_json
 from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import ExitStatus
 
@@ -23,13 +23,7 @@ _FASTEST_MM_PER_S = 250.0
 @click.command("families", epilog="Example:  bufferstand model families campaign/runs --json families.json")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
 @click.option("--knots", type=click.IntRange(3, 60), help="Points of the curves (default one every 5 mm).")
-@click.option(
-    "--ambient",
-    "ambient_C",
-    metavar="C",
-    type=SPRING_C,
-    help="Temperature of the air (default: the run's own sensor).",
-)
+@ambient_option("Temperature of the air (default: the run's own sensor).")
 @click.option(
     "--json", "json_file", metavar="FILE|-", help="Write the comparison as JSON; - is standard output."
 )

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn, write_json
+from bufferstand.cli.options import (
+    EXISTING,
+    FILE,
+    SPRING_C,
+    FiniteRange,
+    ambient_option,
+    in_a_row_option,
+    warn,
+    write_json,
+)
 from bufferstand.foundation import BadInput, ExitStatus, program
 from bufferstand.foundation.files import write_text
 from bufferstand.model.identification import NAMES
@@ -50,24 +59,14 @@ if TYPE_CHECKING:
     type=SPRING_C,
     help="Reference temperature of the curves (default 25, if the runs were that warm).",
 )
-@click.option(
-    "--ambient",
-    "ambient_C",
-    metavar="C",
-    type=SPRING_C,
-    help="Temperature of the air (default: the run's own sensor).",
-)
+@ambient_option("Temperature of the air (default: the run's own sensor).")
 @click.option(
     "--without",
     multiple=True,
     type=click.Choice(NAMES),
     help="A parameter that is not to be identified; may be repeated.",
 )
-@click.option(
-    "--in-a-row",
-    is_flag=True,
-    help="The runs are all there was: the temperature goes on from one to the next.",
-)
+@in_a_row_option
 @click.option(
     "--stop-stiffness",
     "stop_kN_per_mm",

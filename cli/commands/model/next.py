@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn, write_json
+from bufferstand.cli.options import EXISTING, FILE, FiniteRange, ambient_option, warn, write_json
 from bufferstand.cli.terminal_tables import show_table
 from bufferstand.foundation import ExitStatus, program
 from bufferstand.foundation.files import write_text
@@ -57,13 +57,7 @@ _MARGIN_K = 1.0
     help=f"Most steps (default {STEPS}, at most {MOST_STEPS}).",
 )
 @click.option("--knots", type=click.IntRange(3, 60), help="Points of the curves (default one every 5 mm).")
-@click.option(
-    "--ambient",
-    "ambient_C",
-    metavar="C",
-    type=SPRING_C,
-    help="Temperature of the air (default: the runs' own sensor).",
-)
+@ambient_option("Temperature of the air (default: the runs' own sensor).")
 @click.option("--in-a-row", is_flag=True, help="As for model fit: the runs are all there was.")
 @click.option("--json", "json_file", metavar="FILE|-", help="Write the choice as JSON; - is standard output.")
 def command(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, warn
+from bufferstand.cli.options import EXISTING, FILE, SPRING_C, FiniteRange, ambient_option, warn
 from bufferstand.foundation import BadInput, ExitStatus
 from bufferstand.foundation.files import write_text
 
@@ -45,13 +45,7 @@ _COLUMNS = "time [s],stroke [mm],force [kN],temperature_1 [°C],bulk_temperature
     type=SPRING_C,
     help="Of the spring at the start (default 25).",
 )
-@click.option(
-    "--ambient",
-    "ambient_C",
-    metavar="C",
-    type=SPRING_C,
-    help="Of the air (default as the spring).",
-)
+@ambient_option("Of the air (default as the spring).")
 @click.option("--isothermal", is_flag=True, help="Keep the temperature.")
 @click.option("--out", metavar="FILE.csv", type=FILE, help="Table that `bufferstand import` reads.")
 @click.option("--picture", metavar="FILE.png|.svg", type=FILE, help="Stroke, loop, energy and temperature.")

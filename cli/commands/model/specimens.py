@@ -59,13 +59,10 @@ def _loaded(file: Path) -> SpringModel:
     from bufferstand.model import load_model
 
     model = load_model(file)
-    if model.fit is None:
-        raise BadInput(
-            "does not say how well the model is known",
-            file=file,
-            place="fit",
-            remedy="fit it again from its runs (model fit): the file then has [fit]",
-        )
+    try:
+        _ = model.stated_fit
+    except BadInput as error:
+        raise error.of_file(file) from None
     return model
 
 

@@ -6,25 +6,15 @@ from pathlib import Path
 
 import click
 
-from bufferstand.cli.options import EXISTING, SPRING_C, warn, write_json
-from bufferstand.foundation import BadInput, ExitStatus
+from bufferstand.cli.options import EXISTING, ambient_option, in_a_row_option, warn, write_json
+from bufferstand.foundation import ExitStatus
 
 
 @click.command("twin", epilog="Example:  bufferstand model twin spring.toml campaign/runs")
 @click.argument("model_file", metavar="MODEL.toml", type=EXISTING)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True, type=EXISTING)
-@click.option(
-    "--ambient",
-    "ambient_C",
-    metavar="C",
-    type=SPRING_C,
-    help="Of the air (default the run's own sensor).",
-)
-@click.option(
-    "--in-a-row",
-    is_flag=True,
-    help="The runs are all there was: the temperature goes on from one to the next.",
-)
+@ambient_option("Of the air (default the run's own sensor).")
+@in_a_row_option
 @click.option(
     "--json", "json_file", metavar="FILE|-", help="Write every cycle as JSON; - is standard output."
 )
@@ -37,14 +27,9 @@ def command(
     at with the strokes as measured (docs/twin.md).
     """
     from bufferstand.cli.model import read_runs, show_twin, sittings, twin_document
-    from bufferstand.model import load_model
-    from bufferstand.model.twin import known_fit, twin_of_runs
+    from bufferstand.model.twin import load_known, twin_of_runs
 
-    model = load_model(model_file)
-    try:
-        known_fit(model)
-    except BadInput as error:
-        raise BadInput(error.problem, file=model_file, place=error.place, remedy=error.remedy) from None
+    model = load_known(model_file)
     runs = read_runs(paths, ambient_C)
     for run in runs:
         if not run.drive.rested:

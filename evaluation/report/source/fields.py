@@ -187,7 +187,7 @@ def _check_zone(fields: ReportFields, path: Path) -> None:
     try:
         language_for(fields, None)
     except BadInput as error:
-        raise BadInput(error.problem, file=path, place=error.place, remedy=error.remedy) from None
+        raise error.of_file(path) from None
 
 
 def language_for(fields: ReportFields, code: Code | None) -> Language:
