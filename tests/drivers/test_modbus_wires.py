@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -290,6 +291,9 @@ def test_the_late_echo_of_a_feed_is_not_that_of_the_next(
     for beat in (6, 7):
         with pytest.raises(WireLost):
             link.write(97, [beat], "heartbeat")
-    link.write(97, [8], "heartbeat")
+    for _ in range(20):  # on a loaded machine a feed may be later than its time and is given up
+        with suppress(WireLost):
+            link.write(97, [8], "heartbeat")
+            break
     assert link.read(97, 1, "heartbeat") == [8]
     link.close()

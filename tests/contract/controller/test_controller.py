@@ -18,6 +18,7 @@ from tests.contract.controller import backends
 from tests.contract.controller.backends import Bench
 
 SPEED = 20.0
+LAG_S = 0.02  # of a position loop, at most
 
 
 @pytest.fixture(
@@ -212,7 +213,9 @@ def test_a_ramp_reaches_its_target_and_a_release_zero_force(bench: Bench) -> Non
     number = bench.controller.start(RampTo(target_mm=10.0, speed_mm_per_s=SPEED))
     status = bench.done(number)
     assert status.end_reason is EndReason.REACHED
-    assert status.position_mm == pytest.approx(10.0, abs=0.1)
+    # Its target has come there; the piston follows within the lag of its loop (RMC: "target done").
+    assert status.position_mm == pytest.approx(10.0, abs=SPEED * LAG_S)
+    bench.until(lambda status: abs(status.position_mm - 10.0) < 0.1)
     status = bench.done(bench.controller.start(Release(speed_mm_per_s=SPEED)))
     assert status.end_reason is EndReason.REACHED
     assert abs(status.force_kN) < 2.0
