@@ -22,14 +22,21 @@ TWIN_SCHEMA = "bufferstand/twin/1"
 ASKED = ("prestress_mm", "amplitude_mm", "frequency_Hz")
 """What a step asks for, that its cycles are compared with."""
 _FROM_A_TERMINAL = {
-    "bufferstand stop": "somebody in a terminal",
+    "bufferstand stop": "somebody in a terminal or at the desk",
     "Ctrl-C (SIGINT)": "Ctrl-C in its terminal",
     "key c": "a key in its terminal",
     "key s": "a key in its terminal",
     "SIGTERM": "the computer (it shut down, or ended the program)",
     "SIGHUP": "its terminal, which was closed",
 }
-_ASKED_BY = re.compile(r"(?:monitor: )?(?P<who>[^:()]+?) \((?:now|cycle|step)\)")
+_ASKED_BY = re.compile(r"(?P<who>[^:()]+?) \((?:now|cycle|step)\)")
+_BY_A_PAGE = re.compile(
+    r"monitor: (?P<who>.{1,60}? at (?:this computer|(?=\S*[.:])[0-9A-Fa-f.:]+(?:%\w+)?(?<!:)))"
+    r"(?: \((?:now|cycle|step)\))?"
+)
+"""What :func:`~bufferstand.daq.monitor.actions.who_asks` makes, and how soon a stop was asked for."""
+_STOP = re.compile(r"^(?:operator: )?(?:asked to stop |stopped|(?:STOP|campaign|step|run)\b)")
+"""Lines that say who ends a campaign, and no note of the operator's."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ class FolderWatch:
                 kept = read_notes(self._folder)[-NOTES_SHOWN:]
             except (BadInput, OSError) as error:
                 kept, problem = (), problem or str(error)
-            notes = [{"utc": n.utc, "text": n.text, "step": n.step, "run": n.run} for n in kept]
+            notes = [{"utc": n.utc, "text": note_words(n.text), "step": n.step, "run": n.run} for n in kept]
         return FolderNews(record, zone, notes, problem, self._twin())
 
     def _twin(self) -> dict[str, Any] | None:
@@ -155,10 +162,24 @@ def windows_section(record: CampaignRecord) -> list[dict[str, Any]]:
 
 def page_words(text: str) -> str:
     """Return what a campaign says of a stop in words of the page: who asked, not by which command."""
-    text = _ASKED_BY.sub(r"\g<who>", text)
+    text = _ASKED_BY.sub(r"\g<who>", _BY_A_PAGE.sub(r"\g<who>", text))
     for said, shown in _FROM_A_TERMINAL.items():
         text = text.replace(said, shown)
     return text
+
+
+def note_words(text: str) -> str:
+    """Return a note with who wrote it, not by which way: what was written stays as it is."""
+    signed = _BY_A_PAGE.match(text)
+    return text if signed is None else signed["who"] + text[signed.end() :]
+
+
+def line_words(text: str) -> str:
+    """Return a line that a campaign told, in words of the page: of a stop, or a note."""
+    by, colon, said = text.partition(": ")
+    if not colon or _STOP.search(text):
+        return page_words(text)
+    return f"{by}: {note_words(said)}"
 
 
 def _limit(plan: dict[str, Any], name: str) -> float | None:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from bufferstand.daq.monitor.campaign_view import (
     FolderWatch,
     campaign_section,
+    line_words,
     page_words,
     steps_section,
     windows_section,
@@ -213,7 +214,7 @@ class Follower:
             self._guards = packet["guards"] or {}
         self._margins = packet.get("margins", self._margins)
         if packet.get("lines"):
-            self._lines.extend(packet["lines"])
+            self._lines.extend(map(_in_page_words, packet["lines"]))
             self._view.put("events", list(self._lines))
         self._progress = packet.get("progress") or self._progress
         if "channels" in packet:
@@ -251,7 +252,7 @@ class Follower:
         """Collect samples of strokes that are part of a test."""
         self._cycles.begin(self._progress.get("step", 0))
         if self._progress.get("phase") != "touch":
-            self._cycles.add(rows)
+            self._cycles.add(rows, str(self._progress.get("part") or ""))
 
     async def _evaluate_cycles(self) -> None:
         """Have the cycles of the run under way evaluated as they come, beside the loop."""
@@ -326,7 +327,7 @@ class Follower:
             self._guards = dict(news.guards)
             self._name(news.channels)
         if news.lines:
-            self._lines.extend(news.lines)
+            self._lines.extend(map(_in_page_words, news.lines))
             self._view.put("events", list(self._lines))
         for stream, new in news.readings.items():
             self._readings.setdefault(stream, []).extend(new)
@@ -423,6 +424,10 @@ class Follower:
             "step": found.step,
             "end_C": round(found.points[-1][1], 1),
         }
+
+
+def _in_page_words(line: Mapping[str, Any]) -> dict[str, Any]:
+    return {**line, "text": line_words(str(line["text"]))}
 
 
 def _shown_trip(trip: dict[str, Any] | None) -> dict[str, Any] | None:

@@ -34,6 +34,8 @@ SAME = 0.3
 FULL = 0.98
 """The trend is that of cycles of the full amplitude, within the share by which steady ones agree: a sine that
 grows or fades beside them is none of them."""
+FADES = 0.3
+"""From so much of a cycle's duration before it is known that a sine runs out, one may be smaller for that."""
 BEYOND = ("amplitude_mm", "frequency_Hz", "force_max_kN")
 """Quantities that the page shows beside those that the catalogue names for it."""
 
@@ -102,6 +104,8 @@ class LiveCycles:
         self._step = _Step(0)
         self._delay_s: dict[str, float] = {}
         self._over = False
+        self._part = ""
+        self._fades_s = (np.inf, np.inf)
         self.changed = False
         self.epoch = 0
         """Changes whenever what was collected is forgotten: figures of before are then of no use."""
@@ -122,25 +126,32 @@ class LiveCycles:
     def _forget(self) -> None:
         self._parts, self._size, self._done_s, self._asked_for = [], 0, -np.inf, 0
         self._over = False
+        self._part, self._fades_s = "", (np.inf, np.inf)
         self.epoch += 1
 
     def end(self) -> None:
         """Know that no more comes of this run: its last cycle may end with the samples."""
         self._over, self._asked_for = bool(self._parts), 0
 
-    def add(self, rows: Mapping[str, Any]) -> None:
-        """Take rows of samples as pages get them."""
+    def add(self, rows: Mapping[str, Any], part: str = "") -> None:
+        """Take rows of samples as pages get them, and whether a sine grows (lead-in) or fades (run-out)."""
         if not rows:
             return
         self._over = False
         time_s = rows["t0_us"] / 1e6 + np.asarray(rows["t"], dtype=np.float64) / 1e4
         if self._parts and time_s[0] < self._parts[-1].time_s[-1]:
             self._forget()  # another controller, or its clock was set
-        part = Stretch(
+        stretch = Stretch(
             time_s, np.asarray(rows["s"], np.float64) / 1000.0, np.asarray(rows["f"], np.float64) / 1000.0
         )
-        self._parts.append(part)
-        self._size += len(part)
+        self._parts.append(stretch)
+        self._size += len(stretch)
+        if part != self._part:
+            self._part = part
+            if part == "run-out":
+                self._fades_s = (time_s[0], np.inf)
+            elif part == "lead-in":  # of the next motion of the step
+                self._fades_s = (self._fades_s[0], time_s[0])
         if self._size > MOST_SAMPLES:
             self._thin()
 
@@ -184,6 +195,9 @@ class LiveCycles:
         for one in found:
             if not self._is_new(one):
                 continue
+            self._done_s, self.changed = one.end_s, True
+            if self._runs_out(one):
+                continue
             self._step.cycles += 1
             row = {
                 "n": self._step.cycles,
@@ -201,9 +215,15 @@ class LiveCycles:
                     "f": np.round(one.loop.force_kN[::stride], 3).tolist(),
                 }
             )
-            self._done_s, self.changed = one.end_s, True
         if found and self._parts:
             self._drop_before(found[-1].start_s - CONTEXT * (found[-1].end_s - found[-1].start_s))
+
+    def _runs_out(self, one: Seen) -> bool:
+        """Return whether a cycle is that in which a sine fades: it is none of those that were asked for."""
+        largest = max((row["amplitude_mm"] or 0.0 for row in self._step.trend), default=0.0)
+        begin_s, end_s = self._fades_s
+        fades = begin_s - FADES * (one.end_s - one.start_s) < one.end_s and one.start_s < end_s
+        return (self._over or fades) and (one.figures["amplitude_mm"] or 0.0) < FULL * largest
 
     def _keep(self, row: dict[str, Any]) -> None:
         trend = self._step.trend

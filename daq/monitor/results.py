@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from bufferstand.daq.monitor.campaign_view import line_words, page_words
 from bufferstand.evaluation.catalogue import QUANTITIES
 from bufferstand.evaluation.document import evaluate_entry
 from bufferstand.evaluation.loading import load_run
@@ -61,9 +62,12 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
         return content
     try:
         run = open_run(path)
-        content["reason"] = run.reason
+        content["reason"] = page_words(run.reason)
         content["events"] = [
-            {"at_s": None if e.time_s is None else round(e.time_s, 2), "text": f"{e.kind}: {e.text}"}
+            {
+                "at_s": None if e.time_s is None else round(e.time_s, 2),
+                "text": line_words(f"{e.kind}: {e.text}"),
+            }
             for e in run.events
         ]
         evaluated, _ = evaluate_entry(path)
@@ -72,7 +76,6 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
         content["extremes"] = {name: evaluated["extremes"][name] for name in EXTREMES}
         content["verdict"], content["warnings"] = evaluated["verdict"], evaluated["warnings"]
         content["requirements"] = evaluated["requirements"]
-        content["cycles"] = len(evaluated["cycles"])
         content["loop"] = _loop(path)
     except BadInput as error:
         content["problem"] = str(error)

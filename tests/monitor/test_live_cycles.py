@@ -128,6 +128,34 @@ def test_thousands_of_cycles_take_no_more_room_than_the_first_hundreds() -> None
     assert len(trend) <= TREND_KEPT
 
 
+@pytest.mark.parametrize("told", [True, False], ids=["told", "seen at the end"])
+def test_the_cycle_in_which_a_sine_fades_is_not_counted(told: bool) -> None:
+    """Six cycles at 1 Hz between one that grows and one that fades, as a controller makes them."""
+    time_s = np.arange(0.0, 8.8, 0.002)
+    grown = np.clip(np.minimum(time_s, 8.0 - time_s), 0.0, 1.0)
+    stroke = 10.0 + 5.0 * grown * np.sin(2 * math.pi * time_s)
+    force = 100.0 + 40.0 * grown * np.sin(2 * math.pi * time_s + 0.1)
+    live = LiveCycles()
+    live.name(CHANNELS)
+    live.begin(1)
+    for first in range(0, len(time_s), 50):
+        at = slice(first, first + 50)
+        part = (
+            "" if not told or 1.0 <= time_s[first] < 7.0 else "lead-in" if time_s[first] < 1.0 else "run-out"
+        )
+        live.add(rows(time_s[at], stroke[at], force[at]), part)
+        if told and first % 500 == 0 and (stretch := live.due()) is not None:
+            live.take(live.evaluate(stretch), 21.5)
+    live.end()
+    stretch = live.due()
+    assert stretch is not None
+    live.take(live.evaluate(stretch), 21.5)
+    shown = live.sections()
+    assert [row["n"] for row in shown["cycles"]["rows"]] == [1, 2, 3, 4, 5, 6]
+    assert shown["cycles"]["rows"][-1]["amplitude_mm"] == pytest.approx(5.0, rel=1e-3)
+    assert shown["loops"][-1]["n"] == 6
+
+
 def test_a_stand_that_rests_for_hours_fills_nothing() -> None:
     live = LiveCycles()
     live.begin(1)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bufferstand.daq.monitor import time_zone
-from bufferstand.daq.monitor.campaign_view import page_words, windows_section
+from bufferstand.daq.monitor.campaign_view import line_words, note_words, page_words, windows_section
 from bufferstand.daq.monitor.time_zone import laboratory_zone
 from bufferstand.daq.operator.control_socket import ask, listening
 from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
@@ -27,7 +27,11 @@ from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
         ),
         (
             "stopped by the operator: bufferstand stop (now)",
-            "stopped by the operator: somebody in a terminal",
+            "stopped by the operator: somebody in a terminal or at the desk",
+        ),
+        (
+            "stopped by the operator: monitor: Ada (night shift: 2) at fe80::1%eth0 (cycle)",
+            "stopped by the operator: Ada (night shift: 2) at fe80::1%eth0",
         ),
         ("asked to stop after the step: key s", "asked to stop after the step: a key in its terminal"),
         (
@@ -38,6 +42,25 @@ from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
 )
 def test_who_asked_is_said_and_not_by_which_command(said: str, shown: str) -> None:
     assert page_words(said) == shown
+
+
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [
+        (
+            "operator: asked to stop after the cycle: monitor: Ada at this computer (cycle)",
+            "operator: asked to stop after the cycle: Ada at this computer",
+        ),
+        ("operator: monitor: Ada at this computer: it hums", "operator: Ada at this computer: it hums"),
+        ("operator: sent SIGTERM to my monitor: no use", "operator: sent SIGTERM to my monitor: no use"),
+        ("campaign stopped: monitor: Ada at ::1 (now)", "campaign stopped: Ada at ::1"),
+        ("trip: force 601 kN", "trip: force 601 kN"),
+        ("a line", "a line"),
+    ],
+)
+def test_events_name_who_asked_and_leave_notes_as_they_are(said: str, shown: str) -> None:
+    assert line_words(said) == shown
+    assert note_words("bufferstand stop (now) did it") == "bufferstand stop (now) did it"
 
 
 def test_the_zone_is_that_of_the_reports_and_else_this_computers(

@@ -239,7 +239,6 @@ def _run(entry: Mapping[str, Any], facts: Mapping[str, Mapping[str, Any]], root:
         "values": {name: _pair(summary.get(name)) for name in wanted},
         "extremes": {name: _pair(extremes.get(name)) for name in EXTREMES},
         "loop": [shown[-1]["start_s"], shown[-1]["end_s"], shown[-1]["index"]] if shown else None,
-        "cycles": len(entry["cycles"]),
         "verdict": entry["verdict"],
         "requirements": [{name: one.get(name) for name in OF_REQUIREMENT} for one in entry["requirements"]],
         "warnings": entry["warnings"],
