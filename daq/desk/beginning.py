@@ -38,6 +38,16 @@ FURTHER = ("pressure", "acceleration")
 RECORDED = "none"
 """Kind of controller of a stand that is recorded only: it has no campaign."""
 FIRST_CAMPAIGNS = ("en15551", "sweeps", "warm-up")
+AS_PROPOSED = (
+    "--controller=ring",
+    "--kind=buffer",
+    "--category=A",
+    "--elastic-system=elastomer",
+    "--campaign=en15551",
+    "--model",
+    "--second-force",
+)
+"""What the page sends where nothing else was chosen, and the command does without."""
 NUMBERS = ("force-max", "stroke-max", "max-stroke")
 """Options whose number may have a decimal comma here."""
 _REFUSED = re.compile(
@@ -65,12 +75,16 @@ class Beginning:
 
     def routes(self) -> list[Route]:
         """Return its routes."""
-        return [self._desk.look("/new", self.show), self._desk.act("/new", self.make)]
+        return [
+            self._desk.look("/new", self.show),
+            self._desk.act("/new", self.make),
+            self._desk.act("/new/command", self.command),
+        ]
 
     async def show(self, request: Request) -> Response:
         """Ask the questions."""
-        here = not (self._desk.folder.root / "stand.toml").exists()
-        command = self._desk.commands.shown("init", "." if here else "FOLDER")
+        here = self._here()
+        command = self._desk.commands.shown("init", "." if here else "FOLDER", "--yes")
         return self._desk.page(
             request,
             "new.html",
@@ -81,8 +95,25 @@ class Beginning:
             command=command,
         )
 
-    async def make(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
-        """Have the files made."""
+    async def command(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
+        """Give the command of what the form says by now, as one can type it."""
+        words = [word for word in self._words(content) if word not in AS_PROPOSED]
+        if not text_of(content, "where") and not self._here():
+            words[1] = "FOLDER"
+        return JSONResponse({"command": self._desk.commands.shown(*words)})
+
+    def _here(self) -> bool:
+        """Return whether the desk's own folder is still free for them."""
+        return not (self._desk.folder.root / "stand.toml").exists()
+
+    def _words(self, content: dict[str, Any]) -> list[str]:
+        """Return the words of the command for what the form says.
+
+        Raises
+        ------
+        BadInput
+            If the folder lies outside the desk's.
+        """
         where = text_of(content, "where") or "."
         self._desk.folder.within(where)
         words = ["init", word_of(where), "--yes"]
@@ -96,16 +127,22 @@ class Beginning:
             number, until = text_of(content, f"certificate-{channel}"), text_of(content, f"until-{channel}")
             if number:
                 words.append(f"--certificate={channel}={number}" + (f"@{until}" if until else ""))
-            if wrong := _wrong_coefficient(content, channel):
-                return refusal(409, wrong[1], wrong[0])
             zero, slope = (_number(content, f"{key}-{channel}") for key in ("zero", "slope"))
             if slope:
                 words.append(f"--coefficients={channel}={zero or '0'},{slope}")
+        return words
+
+    async def make(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
+        """Have the files made."""
+        words = self._words(content)
+        for channel, _ in CALIBRATED:
+            if wrong := _wrong_coefficient(content, channel):
+                return refusal(409, wrong[1], wrong[0])
         answer = await self._desk.commands.ask(*words)
         if answer.status:
             field, problem = in_page_words(answer.problem)
             return refusal(409, problem, field)
-        campaign = text_of(content, "campaign")
+        where, campaign = words[1].removeprefix("./") or ".", text_of(content, "campaign")
         name = campaign if campaign in FIRST_CAMPAIGNS else FIRST_CAMPAIGNS[0]
         place = "" if where == "." else f"{where.rstrip('/')}/"
         if text_of(content, "controller") == RECORDED:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from bufferstand.daq.campaign_folder import RECORD_NAME, CampaignRecord, load_record
+from bufferstand.daq.monitor import page_words
 from bufferstand.daq.operator import is_running
 from bufferstand.drivers.stand_file import (
     RecordingStand,
@@ -201,7 +202,7 @@ class Folder:
         try:
             record = load_record(folder)
         except BadInput as error:
-            return CampaignRun(name, status="unreadable", problem=str(error))
+            return CampaignRun(name, status="unreadable", problem=f"campaign.json: {_unnamed(error)}")
         if record is None:
             return CampaignRun(name, status="unreadable", problem="there is no campaign.json")
         return _state(name, record, running=is_running(folder))
@@ -279,7 +280,7 @@ def _state(name: str, record: CampaignRecord, *, running: bool) -> CampaignRun:
         title=str(campaign.get("title") or campaign.get("id", "")),
         specimen=str(specimen.get("id", "")),
         status=status,
-        reason=record.reason,
+        reason=page_words(record.reason),
         done=sum(step.over for step in record.steps),
         steps=len(record.steps),
         started_utc=record.started_utc,

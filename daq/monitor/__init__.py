@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from bufferstand.daq.monitor.campaign_view import (
         TWIN_NAME,
         TWIN_SCHEMA,
+        note_words,
+        page_words,
     )
     from bufferstand.daq.monitor.posted import (
         posted_object,
@@ -60,6 +62,8 @@ __all__ = [
     "is_loopback",
     "links",
     "new_tokens",
+    "note_words",
+    "page_words",
     "parse_address",
     "posted_object",
     "publishing",

@@ -51,6 +51,7 @@ CONTENT_TYPES = {
     "cycles.js": "text/javascript; charset=utf-8",
     "results.js": "text/javascript; charset=utf-8",
     "times.js": "text/javascript; charset=utf-8",
+    "rows.js": "text/javascript; charset=utf-8",
     "traces.js": "text/javascript; charset=utf-8",
     "uplot.min.js": "text/javascript; charset=utf-8",
     "uplot.min.css": "text/css; charset=utf-8",

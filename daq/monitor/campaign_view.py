@@ -35,8 +35,10 @@ _BY_A_PAGE = re.compile(
     r"(?: \((?:now|cycle|step)\))?"
 )
 """What :func:`~bufferstand.daq.monitor.actions.who_asks` makes, and how soon a stop was asked for."""
-_STOP = re.compile(r"^(?:operator: )?(?:asked to stop |stopped|(?:STOP|campaign|step|run)\b)")
-"""Lines that say who ends a campaign, and no note of the operator's."""
+_WRITTEN_BY = ("operator", "note")
+"""Kinds of lines that may hold what somebody wrote …"""
+_STOP = re.compile(r"asked to stop |stopped ")
+"""… unless they say who ends a campaign."""
 
 
 @dataclass(frozen=True)
@@ -176,8 +178,8 @@ def note_words(text: str) -> str:
 
 def line_words(text: str) -> str:
     """Return a line that a campaign told, in words of the page: of a stop, or a note."""
-    by, colon, said = text.partition(": ")
-    if not colon or _STOP.search(text):
+    by, _, said = text.partition(": ")
+    if by not in _WRITTEN_BY or _STOP.match(said):
         return page_words(text)
     return f"{by}: {note_words(said)}"
 

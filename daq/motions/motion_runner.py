@@ -277,9 +277,10 @@ class MotionRunner:
             while not self._ended(motion, sequence):
                 self.pump()
                 if watch.settled(self.cycles_done - self._cycles_before):
+                    done = self.cycles_done - self._cycles_before
                     acquisition.log.say(
                         "step",
-                        f"settled after {self.cycles_done - self._cycles_before} cycles: damping "
+                        f"settled after {done} cycle{'s' * (done != 1)}: damping "
                         f"{watch.damping[-1]:.4f}, stiffness {watch.stiffness[-1]:.4f} kN/mm",
                     )
                     self._cyclic = None  # the hold counts no cycles, and would begin at none
@@ -287,9 +288,8 @@ class MotionRunner:
                     return
                 if self._device_s() - began_s > limit_s:
                     self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
-            acquisition.log.say(
-                "step", f"not settled after {motion.cycles} cycles, the most that were planned"
-            )
+            most = f"{motion.cycles} cycle{'s' * (motion.cycles != 1)}"
+            acquisition.log.say("step", f"not settled after {most}, the most that were planned")
             self.obey()
         finally:
             acquisition.listeners.remove(watch.take)

@@ -235,7 +235,9 @@ class _Warming:
     def _demand_cycles(self) -> None:
         done = self._driver.cycles_done
         if done >= (self._step.cycles or 0):
-            self._driver.give_up("warm-up", f"not warm after {done} cycles (max_cycles): {self._said()}")
+            self._driver.give_up(
+                "warm-up", f"not warm after {done} cycle{'s' * (done != 1)} (max_cycles): {self._said()}"
+            )
 
     def _said(self) -> str:
         readings = self._readings_C()

@@ -100,8 +100,9 @@ def _duration_note(step: WarmUpStep, walk: Walk, *, knows_heat: bool) -> str:
     if sum(one.duration_s for one in walk.estimates) > step.timeout_s:
         return f"takes longer by the model than timeout_s = {step.timeout_s:g}"
     if walk.cycles > 0.0:
+        cycles = f"about {walk.cycles:.0f} cycle{'s' * (round(walk.cycles) != 1)}"
         return (
-            f"about {walk.cycles:.0f} cycles and {duration_text(walk.expected_duration_s)} to {band}, by the "
+            f"{cycles} and {duration_text(walk.expected_duration_s)} to {band}, by the "
             "model, with the rest in which the sensor becomes even with the spring"
         )
     return ""

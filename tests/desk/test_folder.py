@@ -85,4 +85,6 @@ def test_a_record_that_is_none_is_shown_as_such(tmp_path: Path) -> None:
     (tmp_path / "out" / "campaign.json").write_text("{")
     (run,) = Folder(tmp_path).contents().runs
     assert run.status == "unreadable"
+    assert str(tmp_path) not in run.problem, "no place of this machine"
+    assert run.problem.startswith("campaign.json: ")
     assert run.problem

@@ -152,6 +152,10 @@ def test_the_archive_finds_by_words_and_conditions_and_hands_on_a_table(desk: De
     assert [row["path"] for row in found["rows"]] == [RUN]
     assert desk.look("/archive/runs", {"where": "frequency_Hz >"}).status == 409
     assert desk.look("/archive/runs", {"first": "many"}).status == 400
+    hints = desk.look("/archive/hints").json
+    assert hints["specimen"] == ["A-105-E-01"]
+    for words in (hints["kind"][-1], hints["step"][0]):
+        assert desk.look("/archive/runs", {"words": words}).json["found"] > 0
     table = desk.look("/archive/table", {"words": "static"})
     assert table.headers["content-type"].startswith("text/csv")
     assert len(table.text.splitlines()) == 2
@@ -206,6 +210,38 @@ def test_a_wrong_value_of_the_first_files_is_said_at_its_field_in_the_pages_word
     assert answer.json["problem"].startswith(said)
     assert "--" not in answer.json["problem"]
     assert not (root / "first").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "command"),
+    [
+        ({}, "init FOLDER --yes"),
+        ({"where": "two", "controller": "ring", "model": True, "second-force": True}, "init two --yes"),
+        (
+            {"where": "two", "stand": "hall 2", "force-max": "1,5", "zero-force": "0,1", "slope-force": "2"},
+            "init two --yes '--stand=hall 2' --force-max=1.5 --coefficients=force=0.1,2",
+        ),
+        (
+            {"where": "two", "controller": "rmc", "second-force": False, "further-pressure": True},
+            "init two --yes --controller=rmc --no-second-force --further=pressure",
+        ),
+    ],
+    ids=str,
+)
+def test_the_shown_command_is_that_of_what_is_typed(
+    desk: DeskInProcess, content: dict[str, object], command: str
+) -> None:
+    assert desk.act("/new/command", content).json["command"].endswith(command)
+    assert desk.act("/new/command", {"where": "../other"}).status == 409
+
+
+def test_a_touch_off_is_of_the_campaigns_specimen(desk: DeskInProcess) -> None:
+    typed = {"stand": "stand.toml", "campaign": "demo.toml", "id": "simulated-630kN"}
+    for specimen, said in (("", "the specimen's id was not typed"), ("A-1", "“A-1” was given")):
+        answer = desk.act("/check/zero", {**typed, "specimen": specimen})
+        assert answer.status == 409
+        assert said in answer.json["problem"]
+        assert "nothing was moved" in answer.json["problem"]
 
 
 def test_what_is_about_no_field_keeps_its_words() -> None:

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from tests.desk.served import HACK, Served, laboratory, served
+from tests.desk.tab import WIDE, Tab, entered
+from tests.monitor.browser import chromium
 
 
 @pytest.fixture(scope="module")
@@ -129,3 +131,31 @@ def test_a_plan_that_nobody_waits_for_any_more_is_given_up(desk: Served, demo: P
     assert any("plan" in said for said in answers)
     assert any("stale" in said for said in answers)
     assert [path for path in desk.folder.iterdir() if ".draft" in path.name] == []
+
+
+EDITS = """(texts) => { const field = document.getElementById("text");
+    for (const one of texts) { field.value = one; field.dispatchEvent(new Event("input")); } }"""
+
+
+def test_edits_in_a_row_make_one_plan_and_a_text_that_is_planned_already_none(desk: Served) -> None:
+    with chromium() as browser, Tab(browser, desk.link, **WIDE) as it:
+        entered(it)
+        it.go(f"{desk.origin}/prepare?campaign=demo.toml")
+        it.says("Peak force")
+        text = it.tab.input_value("#text")
+        it.requests.clear()
+        it.tab.evaluate(EDITS, [text + "#", text])
+        it.wait("document.getElementById('state').innerText === 'as in the file'")
+        it.tab.evaluate(EDITS, [f"{text}# {number}" for number in range(10)])
+        it.wait("document.getElementById('plan').getAttribute('aria-busy') === 'true'")
+        it.wait("document.getElementById('plan').getAttribute('aria-busy') === null")
+        assert [url for url in it.requests if url.endswith("/prepare/plan")] == [
+            f"{desk.origin}/prepare/plan"
+        ]
+        it.requests.clear()
+        it.tab.evaluate(EDITS, [text, f"{text}# 9"])
+        it.tab.wait_for_timeout(4000)
+        assert not [url for url in it.requests if url.endswith("/prepare/plan")]
+        it.tab.evaluate(EDITS, [text])
+        it.wait("document.getElementById('plan').getAttribute('aria-busy') === 'true'")
+        assert it.complaints == []

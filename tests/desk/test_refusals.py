@@ -30,6 +30,7 @@ ACTS = {
     "/prepare/save": {"name": "demo.toml", "text": "", "as": "x"},
     "/prepare/edit": {"name": "demo.toml", "text": ""},
     "/new": {"where": "x"},
+    "/new/command": {"where": "x"},
     "/check/run": {"stand": "stand.toml"},
     "/campaign/stop": {"folder": "out", "after": "now"},
     "/campaign/note": {"folder": "out", "text": "x"},

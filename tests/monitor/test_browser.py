@@ -228,7 +228,7 @@ def test_a_note_is_written_from_the_page(browser: Any, page: Page, campaign: Run
         it.tab.fill("#note-text", "a squeak from <b>plate 3</b>")
         it.tab.click("#note-form button")
         it.wait("document.querySelector('#notes').textContent.includes('a squeak from <b>plate 3</b>')")
-        assert "monitor: Ada at this computer" in it.tab.inner_text("#notes")
+        assert "\nAda at this computer: a squeak" in it.tab.inner_text("#notes")
 
 
 def test_lost_connection_and_old_data_are_said(browser: Any, campaign: Running) -> None:

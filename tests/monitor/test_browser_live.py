@@ -129,6 +129,7 @@ def test_a_stop_is_asked_until_it_works_and_the_page_goes_on_to_the_results(
     ):
         it.drawn()
         it.wait("document.getElementById('left').textContent !== '–'")
+        assert it.tab.evaluate(CHOOSE, ["span", "whole"]) == "whole"
         it.tab.evaluate("document.getElementById('who').value = 'Ada'")
         it.tab.click("[data-after=step]")
         it.wait("document.getElementById('status').textContent === 'stop asked'")
@@ -142,12 +143,59 @@ def test_a_stop_is_asked_until_it_works_and_the_page_goes_on_to_the_results(
         process.end()
         assert process.stays
         it.wait("document.querySelectorAll('#runs tr').length === 1")
+        assert "Ada at this computer" in it.tab.inner_text("#events")
+        assert it.tab.evaluate("document.getElementById('span').value") == "whole", "what was looked at stays"
+        it.wait("document.getElementById('evaluating').textContent.startsWith('1 run.')")
+        it.wait("!document.getElementById('trace-tools').hidden")
+        it.tab.click("#runs tr")
+        it.wait("document.getElementById('traces-title').textContent.startsWith('Over time: ')")
+        assert it.tab.is_disabled("#zoom-in")
+        it.tab.select_option("#span", "whole")
+        it.wait(f"{SPANS}.includes('since the start')")
+        assert "monitor: " not in it.tab.inner_text("body")
         assert it.tab.inner_text("#status") == "stopped"
         assert it.tab.is_hidden("#stop-now")
         assert it.tab.inner_text("#title")
         it.tab.click("#close")
         it.wait("document.getElementById('age').textContent.includes('has been closed')")
         assert it.complaints == []
+
+
+BURST = """async () => {
+    const rows = await import("/static/rows.js?of-a-test"), own = Array.prototype.push;
+    let most = 0;
+    Array.prototype.push = function (...more) {
+        const size = own.apply(this, more);
+        if ([rows.fine.t, rows.coarse.t].includes(this)) most = Math.max(most, size);
+        return size;
+    };
+    const packet = (k) => ({ t0_us: 1e5 * k, ...Object.fromEntries(["t", "s", "f"].map((n) => [n, Array.from({ length: 100 }, (_, i) => 10 * i)])) });
+    for (let turn = 0; turn < 5; turn++) rows.take(Array.from({ length: 600 }, (_, k) => packet(600 * turn + k)));
+    Array.prototype.push = own;
+    return [most, rows.fine.t.length, rows.coarse.t.length, rows.fine.t.at(-1)];
+}"""  # noqa: E501
+LABELS = """async () => {
+    const { TraceChart } = await import("/static/charts.js"), element = document.createElement("div");
+    element.style.width = "500px"; element.style.height = "142px";
+    document.body.append(element);
+    const chart = new TraceChart(element, "--force", { least: 5, zoomed() {}, pointed() {} });
+    return [["temperature_1 in °C", "°C"], ["stroke in mm", "mm"]].map(([text, unit]) => { chart.label(text, unit); return chart.text; });
+}"""  # noqa: E501
+
+
+@pytest.mark.slow
+def test_a_burst_of_rows_takes_no_room_that_is_kept_and_a_label_that_is_too_long_is_not_cut(
+    browser: Any, page: Page
+) -> None:
+    """Five minutes in five messages, as a page gets them that was asleep: 3 s, and 30 s thinned out."""
+    with Tab(browser, f"{page.origin}/#{TOKENS.view}", **WIDE) as it:
+        it.drawn()
+        most, fine, coarse, newest = it.tab.evaluate(BURST)
+        assert fine == pytest.approx(3000, abs=300)
+        assert coarse == pytest.approx(6000, abs=300)
+        assert most <= 6300, "what an array once held it keeps the room for"
+        assert newest == pytest.approx(300.0, abs=0.01)
+        assert it.tab.evaluate(LABELS) == ["°C", "stroke in mm"]
 
 
 class going_page:  # noqa: N801 - used like a function

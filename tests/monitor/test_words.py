@@ -53,6 +53,7 @@ def test_who_asked_is_said_and_not_by_which_command(said: str, shown: str) -> No
         ),
         ("operator: monitor: Ada at this computer: it hums", "operator: Ada at this computer: it hums"),
         ("operator: sent SIGTERM to my monitor: no use", "operator: sent SIGTERM to my monitor: no use"),
+        ("stop: operator: monitor: Ada at this computer (cycle)", "stop: operator: Ada at this computer"),
         ("campaign stopped: monitor: Ada at ::1 (now)", "campaign stopped: Ada at ::1"),
         ("trip: force 601 kN", "trip: force 601 kN"),
         ("a line", "a line"),

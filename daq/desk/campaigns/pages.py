@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from bufferstand.daq.desk.jobs import Job, Jobs
 from bufferstand.daq.desk.reports import Reports
 from bufferstand.daq.desk.shell import Desk, Tab, text_of
 from bufferstand.daq.desk.stand import checklist_of, demand_id, demand_ticked
+from bufferstand.daq.monitor import note_words, page_words
 from bufferstand.daq.operator import read_notes
 from bufferstand.foundation import BadInput
 
@@ -174,7 +176,7 @@ class Campaigns:
         state = self._desk.fragment(
             "campaign_state.html",
             run=run,
-            steps=record.steps,
+            steps=[replace(step, reason=page_words(step.reason)) for step in record.steps],
         )
         written = tail_of(folder / LOG_NAME)[-MOST_SHOWN:]
         return {
@@ -202,4 +204,4 @@ def _notes(folder: Path) -> list[tuple[str, str]]:
         notes = read_notes(folder)[-SHOWN_NOTES:]
     except (OSError, BadInput):
         return []
-    return [(note.utc, note.text) for note in notes]
+    return [(note.utc, note_words(note.text)) for note in notes]

@@ -32,6 +32,10 @@ SORTS = ("started_utc", "path", "specimen", "kind", "status", "step", "frequency
 COLUMNS = ("path", "started_utc", "kind", "status", "specimen", "campaign", "operator", "step",
            "prestress_mm", "amplitude_mm", "frequency_Hz", "simulated", "sha256")  # fmt: skip
 LONGEST = 2000
+HINTS = ("kind", "status", "specimen", "campaign", "operator", "step")
+"""What a search proposes the values of; they are found by words, as the path and the day are."""
+HINTED = 12
+"""So many values of each are proposed: those of the newest runs."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +141,15 @@ def found_in(rows: Sequence[Row], words: str, where: str, sort: str, *, down: bo
     return known + [row for row in found if row.facts.get(sort) in (None, "")]
 
 
+def hints_of(rows: Sequence[Row]) -> dict[str, list[str]]:
+    """Return values that can be searched for, by what they are of: those of the newest runs first."""
+    newest = sorted(rows, key=lambda row: str(row.facts.get("started_utc") or ""), reverse=True)
+    return {
+        name: list(dict.fromkeys(str(row.facts[name]) for row in newest if row.facts.get(name)))[:HINTED]
+        for name in HINTS
+    }
+
+
 class Archive:
     """Its routes.
 
@@ -157,6 +170,7 @@ class Archive:
         return [
             self._desk.look("/archive", self.page),
             self._desk.look("/archive/runs", self.search),
+            self._desk.look("/archive/hints", self.hints),
             self._desk.look("/archive/table", self.table),
             self._desk.look("/archive/run", self.run),
         ]
@@ -206,6 +220,11 @@ class Archive:
                 "command": self._command(request.query_params.get("where", "")),
             }
         )
+
+    async def hints(self, request: Request) -> Response:  # noqa: ARG002 - its signature
+        """Give what can be typed into the search."""
+        rows = await asyncio.to_thread(self._list.rows)
+        return JSONResponse(await asyncio.to_thread(hints_of, rows))
 
     async def table(self, request: Request) -> Response:
         """Give all runs that match as CSV."""

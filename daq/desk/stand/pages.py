@@ -21,6 +21,7 @@ from bufferstand.daq.monitor import is_loopback
 from bufferstand.daq.zero import stored_zero
 from bufferstand.drivers.stand_file import RecordingStand, StandFile, load_stand
 from bufferstand.foundation import BadInput
+from bufferstand.foundation.specimen import load_specimen
 from bufferstand.protocols.campaign_file import load_campaign
 
 MARKS = {"ok": "ok", "note": "note", "fault": "FAULT"}
@@ -151,6 +152,10 @@ class Check:
         path = self._path(content)
         name = word_of(self._desk.folder.name(path))
         words = ["stand", "zero", name, "--yes-move", await self._typed(content, path)]
+        if campaign := text_of(content, "campaign"):
+            await asyncio.to_thread(
+                _demand_specimen_of, self._desk.folder.inside(campaign, ".toml"), text_of(content, "specimen")
+            )
         for option, key in (("--specimen", "specimen"), ("--operator", "operator")):
             if said := text_of(content, key):
                 words += [option, said]
@@ -202,6 +207,27 @@ def stand_of(campaign: Path) -> Path:
         If the campaign file cannot be used.
     """
     return load_campaign(campaign).stand_path.resolve()
+
+
+def _demand_specimen_of(campaign: Path, typed: str) -> None:
+    """Refuse the touch-off of another specimen than that of the campaign that is prepared.
+
+    Raises
+    ------
+    BadInput
+        If they differ, or none was typed.
+    """
+    if not typed:
+        raise BadInput(
+            "the specimen's id was not typed: nothing was moved", remedy="read it off the specimen"
+        )
+    specimen = load_specimen(load_campaign(campaign).specimen_path).specimen.id
+    demand_id(
+        typed,
+        specimen,
+        "specimen",
+        "put in the specimen that the campaign names, or open the stand’s page without a campaign",
+    )
 
 
 def _watched(job: Job) -> Response:

@@ -31,12 +31,20 @@
 
   const on = (id, what) => Desk.byId(id)?.addEventListener("click", (event) => Desk.during(event.currentTarget, what));
 
-  on("live", async () => {
-    const said = await Desk.ask("/campaign/live", { folder });
-    const page = new URL(said.link);
+  async function live() {
+    const page = new URL((await Desk.ask("/campaign/live", { folder })).link);
     page.searchParams.set("desk", `${location.origin}/campaign?folder=${encodeURIComponent(folder)}`);
     location.assign(page.href);
-  });
+  }
+  on("live", live);
+  // From the start one comes to the live page, past the stops of this one while that is being opened.
+  const asked = new URLSearchParams(location.search);
+  if (asked.has("live")) {
+    asked.delete("live");
+    history.replaceState(null, "", `/campaign?${asked}`);
+    Desk.say("The live page is being opened…");
+    Desk.during(Desk.byId("live"), live);
+  }
   for (const button of document.querySelectorAll("[data-after]"))
     button.addEventListener("click", () => Desk.during(button, async () => {
       Desk.say((await Desk.ask("/campaign/stop", { folder, after: button.dataset.after })).said);

@@ -2,7 +2,7 @@
 "use strict";
 
 {
-  const stand = Desk.byId("work").dataset.stand;
+  const { stand, campaign } = Desk.byId("work").dataset;
   const on = (id, what) => Desk.byId(id)?.addEventListener("click", (event) => Desk.during(event.currentTarget, what));
 
   on("check", async () => {
@@ -22,6 +22,7 @@
 
   const typed = () => ({
     stand,
+    campaign,
     id: Desk.byId("stand-id").value,
     specimen: Desk.byId("specimen").value,
     operator: Desk.byId("operator").value,

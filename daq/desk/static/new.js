@@ -30,7 +30,22 @@
   form.addEventListener("change", asked);
   asked();
   let typed = false;  // what was typed is not thrown away without a question
-  form.addEventListener("input", () => { typed = true; });
+  let waiting = 0;
+  form.addEventListener("input", () => {
+    typed = true;
+    clearTimeout(waiting);
+    waiting = setTimeout(follow, 250);
+  });
+  const said = () => Object.fromEntries([...form.elements].filter((one) => one.name && !one.closest("[hidden]")).map((one) => [one.name, one.type === "checkbox" ? one.checked : one.value]));
+  /** The command below is that of what the form says. */
+  async function follow() {
+    if (Desk.byId("make").disabled) return;
+    const asked = JSON.stringify(said());
+    try {
+      const { command } = await Desk.ask("/new/command", said());
+      if (asked === JSON.stringify(said())) document.querySelector(".command code").textContent = command;
+    } catch { /* it is said when the files are to be written */ }
+  }
   addEventListener("beforeunload", (event) => { if (typed) event.preventDefault(); });
 
   /** Say at its field what is wrong there. */
@@ -54,20 +69,19 @@
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     Desk.during(Desk.byId("make"), async () => {
-      const content = {};
-      for (const one of form.elements) if (one.name && !one.closest("[hidden]")) content[one.name] = one.type === "checkbox" ? one.checked : one.value;
+      const content = said();
       unmark();
       Desk.say("The files are being written…");
-      let said;
+      let made;
       try {
-        said = await Desk.ask("/new", content);
+        made = await Desk.ask("/new", content);
       } catch (error) {
         if (!error.field || !Desk.byId(error.field)) throw error;
         return Desk.say(mark(error.field, error.message), true);
       }
       typed = false;
       Desk.sayNext("The files are written: look at them, and change what is yours.");
-      location.assign(said.campaign ? `/prepare?campaign=${encodeURIComponent(said.campaign)}` : `/check?stand=${encodeURIComponent(said.stand)}`);
+      location.assign(made.campaign ? `/prepare?campaign=${encodeURIComponent(made.campaign)}` : `/check?stand=${encodeURIComponent(made.stand)}`);
     });
   });
 }

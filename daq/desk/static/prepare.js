@@ -2,10 +2,11 @@
 "use strict";
 
 {
-  const PLAN_AFTER_MS = 500;
+  // A plan is a process of its own: while one edits faster than plans are made, none is begun.
+  const PLAN_AFTER_MS = 500, LONGEST_MS = 3000;
   const work = Desk.byId("work"), text = Desk.byId("text"), form = Desk.byId("form"), state = Desk.byId("state");
   const page = String(Math.random()).slice(2);
-  let saved = text.value, asked = 0, timer = 0, chain = Promise.resolve();
+  let saved = text.value, asked = 0, timer = 0, took = 0, planned = null, chain = Promise.resolve();
 
   const named = (more) => ({ name: work.dataset.name, text: text.value, ...more });
 
@@ -18,18 +19,22 @@
     for (const name of ["to-check", "to-start"])
       Desk.byId(name).title = differs ? "What is not saved is not taken there" : "";
     clearTimeout(timer);
-    timer = setTimeout(plan, PLAN_AFTER_MS);
+    timer = setTimeout(plan, Math.min(LONGEST_MS, Math.max(PLAN_AFTER_MS, took)));
   }
 
   async function plan() {
-    const mine = ++asked, place = Desk.byId("plan");
+    if (text.value === planned) return; // what is shown is of this very text
+    const mine = ++asked, place = Desk.byId("plan"), began = performance.now(), of = text.value;
+    planned = null;
     place.setAttribute("aria-busy", "true");
     try {
       const said = await Desk.ask("/prepare/plan", named({ page }));
       if (mine !== asked) return; // the text has gone on
       unmark();
+      took = performance.now() - began;
       if (said.plan) place.innerHTML = said.plan;
       else wrong(said);
+      if (said.plan) planned = of;
     } catch (error) {
       if (mine !== asked) return;
       Desk.say(error.message, true);

@@ -36,7 +36,7 @@
         simulate: Desk.byId("simulate")?.checked ?? false,
         speed: Desk.byId("speed")?.value ?? "1",
       });
-      location.assign(`/campaign?folder=${encodeURIComponent(said.folder)}`);
+      location.assign(`/campaign?folder=${encodeURIComponent(said.folder)}&live`);
     });
   });
 }

@@ -151,7 +151,7 @@ export class TraceChart {
     this.y = new Span(least); this.window = [-30, 0]; this.text = ""; this.unit = "seconds before now"; this.written = null;
     const line = { stroke: () => css(colour), width: 1.5, points: { show: false } };
     this.chart = fitted(element, (dims, parent) => new uPlot({
-      ...dims, legend: { show: false }, padding: [8, 14, 0, 0],
+      ...dims, legend: { show: false }, padding: [8, 30, 0, 0],
       cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
       scales: { x: { time: false, range: () => this.window }, y: { range: () => [this.y.low, this.y.high] } },
       axes: [
@@ -167,7 +167,17 @@ export class TraceChart {
       },
     }, [[], [], []], parent));
   }
-  label(text) { this.text = text; this.chart().axes[1].label = text; this.chart().redraw(false, true); }
+  // a name that the low chart would cut off stands in the choice above it: beside the scale is the unit then
+  label(text, unit = "") {
+    const u = this.chart();
+    u.ctx.save();
+    u.ctx.font = `${13 * devicePixelRatio}px system-ui, 'DejaVu Sans', sans-serif`;
+    this.text = u.ctx.measureText(text).width / devicePixelRatio > u.height - 48 ? unit : text;
+    u.ctx.restore();
+    u.axes[1].label = this.text;
+    u.root.parentElement.setAttribute("aria-label", `${text} over time`);
+    u.redraw(false, true);
+  }
   point(x) { const u = this.chart(); u.setCursor(x === null ? { left: -10, top: -10 } : { left: u.valToPos(x, "x"), top: 1 }, false); }
   at(x) {
     const u = this.chart(), xs = u.data[0];

@@ -42,6 +42,7 @@ function table() {
 function draw() {
   const name = $("trend-of").value, points = shown?.trend[name] || [];
   const [n, last] = points[points.length - 1] || [0, null];
+  $("trend-chart").classList.toggle("blank", !points.length);  // axes without a point say nothing
   chart.show(points.map((p) => p[0]), points.map((p) => p[1]));
   const first = points[0]?.[1], change = points.length > 1 && first ? 100 * (last / first - 1) : null;
   put("trend-said", points.length > 1 ? `Cycle ${points[0][0]} to ${n}: ${change >= 0 ? "+" : "−"}${Math.abs(change).toFixed(1)} %` : "");

@@ -2,18 +2,16 @@
 import { HeatChart, LoopChart, SENSOR_DASHES } from "./charts.js";
 import * as cycles from "./cycles.js";
 import * as results from "./results.js";
-import { $, clock, dayAndClock, fixed, lasting, make, put, setZone, zoneName } from "./times.js";
+import * as rows from "./rows.js";
+import { $, clock, counted, dayAndClock, fixed, lasting, make, put, setZone, zoneName } from "./times.js";
 import * as traces from "./traces.js";
 
 const OLD_S = 1.5;          // a sample older than this is said to be old
-const FINE_S = 3;           // rows of the last moments are drawn as they come …
-const WINDOW_S = 30;        // … those of the last half minute thinned out
-const THIN = 5;
 const DRAW_MS = 60;
 
 const state = {
   sections: {}, rights: "none", wire: null, connected: false, lostAt: null, over: false, tries: 0,
-  age: null, ageAt: 0, fine: { t: [], s: [], f: [] }, coarse: { t: [], s: [], f: [] }, count: 0, dirty: false, drawn: 0,
+  age: null, ageAt: 0, dirty: false, drawn: 0,
 };
 const charts = {};
 
@@ -29,37 +27,13 @@ function bar(share) { const outer = make("div", "bar"), inner = make("i"); inner
 // a list that is scrolled by the reader stays where it is
 function replaceRows(list, rows) { const top = list.scrollTop; list.replaceChildren(...rows); list.scrollTop = top; }
 
-// --- rows of samples ----------------------------------------------------------------------------------
-
-function takeRows(packets) {
-  const { fine, coarse } = state;
-  for (const p of packets) {
-    const t0 = p.t0_us / 1e6, last = fine.t.length ? fine.t[fine.t.length - 1] : null;
-    if (last !== null && (t0 < last || t0 - last > 60)) clearRows();
-    else if (last !== null && t0 - last > 1) for (const b of [fine, coarse]) { b.t.push(t0 - 1e-4); b.s.push(null); b.f.push(null); }
-    for (let i = 0; i < p.t.length; i++) {
-      const t = t0 + p.t[i] / 1e4, s = p.s[i] / 1000, f = p.f[i] / 1000;
-      fine.t.push(t); fine.s.push(s); fine.f.push(f);
-      if (state.count++ % THIN === 0) { coarse.t.push(t); coarse.s.push(s); coarse.f.push(f); }
-    }
-  }
-  if (!fine.t.length) return;
-  const now = fine.t[fine.t.length - 1];
-  trim(fine, now - FINE_S); trim(coarse, now - WINDOW_S);
-  state.dirty = true;
-}
-function trim(buffer, from) {
-  let n = 0;
-  while (n < buffer.t.length && buffer.t[n] < from) n++;
-  if (n > 200 || n === buffer.t.length) for (const key of ["t", "s", "f"]) buffer[key].splice(0, n);
-}
-function clearRows() { for (const b of [state.fine, state.coarse]) for (const key of ["t", "s", "f"]) b[key] = []; }
+// --- drawing -----------------------------------------------------------------------------------------
 
 function draw(at) {
   requestAnimationFrame(draw);
   if (!state.dirty || at - state.drawn < DRAW_MS || document.hidden || results.chosen() !== null) return;
   state.dirty = false; state.drawn = at;
-  const { fine, coarse } = state, n = fine.t.length;
+  const { fine, coarse } = rows, n = fine.t.length;
   if (!n) return;
   const now = fine.t[n - 1];
   // the last whole loops, thin, for comparison; before there are any, the last half minute
@@ -69,10 +43,10 @@ function draw(at) {
   const twin = state.sections.twin;
   charts.loop.band = twin?.band && twin.step === state.sections.now?.step ? twin.band : null;
   charts.loop.show(before, [fine.s, fine.f], [fine.s[n - 1], fine.f[n - 1]]);
-  put("loop-legend", `bold: the last ${FINE_S} s. ${loops.length ? `Thin: the last ${loops.length} whole cycle${loops.length > 1 ? "s" : ""}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
+  put("loop-legend", `bold: the last ${rows.FINE_S} s. ${loops.length ? `Thin: the last ${loops.length} whole cycle${loops.length > 1 ? "s" : ""}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
   document.body.dataset.band = String(charts.loop.band?.s.length || 0);
   const moved = twin?.alarms.at(-1);
-  put("twin", moved ? `Twin, step ${moved.step}: ${moved.sentence}.` : twin ? `Twin: ${twin.judged} cycles compared with “${twin.model}”, none of its alarms.` : "");
+  put("twin", moved ? `Twin, step ${moved.step}: ${moved.sentence}.` : twin ? `Twin: ${counted(twin.judged, "cycle")} compared with “${twin.model}”, none of its alarms.` : "");
   $("twin").classList.toggle("bad", Boolean(moved));
   traces.showRows(coarse.t, coarse.s, coarse.f, now);
   document.body.dataset.redraws = String(Number(document.body.dataset.redraws || 0) + 1);
@@ -117,12 +91,12 @@ const show = {
     else {
       const left = n.remaining_s / (n.speed || 1);
       put("left", lasting(left));
-      put("ends", n.phase === "done" ? "over" : `ends about ${clock(Date.now() + 1000 * left, false)}${n.speed > 1.2 ? `, ${n.speed} × real time` : ""}`);
+      put("ends", n.phase === "done" ? "over" : `${n.speed > 1.2 ? "" : "ends "}about ${clock(Date.now() + 1000 * left, false)}${n.speed > 1.2 ? `, ${n.speed} × time` : ""}`);
     }
     const behind = n.durable === null || n.durable === undefined ? "" : `, ${n.durable.toLocaleString("en")} of them on the disk (durable)`;
     const lost = n.lost ? `, ${n.lost} lost on the wire` : "";
-    const dropped = n.dropped ? ` This page's server skipped ${n.dropped} samples; none is missing in the record.` : "";
-    put("recorded", n.recording ? `Recording: ${(n.written || 0).toLocaleString("en")} samples written${behind}${lost}.${dropped}` : `Nothing is recorded at present${lost}.${dropped}`);
+    const dropped = n.dropped ? ` This page's server skipped ${counted(n.dropped, "sample")}; none is missing in the record.` : "";
+    put("recorded", n.recording ? `Recording: ${counted(n.written || 0, "sample")} written${behind}${lost}.${dropped}` : `Nothing is recorded at present${lost}.${dropped}`);
     warmest();
     head();
   },
@@ -159,7 +133,7 @@ const show = {
     let current = null;
     const rows = list.map((s) => {
       const row = make("li", s.status);
-      const more = s.status === "complete" && s.cycles ? `${s.cycles_done} cycles` : s.status === "pending" ? `about ${lasting(s.expected_s)}` : s.status;
+      const more = s.status === "complete" && s.cycles ? counted(s.cycles_done, "cycle") : s.status === "pending" ? `about ${lasting(s.expected_s)}` : s.status;
       row.append(make("span", "mark", marks[s.status] || "?"), make("span", "", s.index), make("span", "", s.name), make("small", "", more));
       row.firstChild.title = s.status;
       if (s.reason) row.append(make("small", "", s.reason));
@@ -195,16 +169,16 @@ function asked(step) { return (state.sections.steps || []).find((one) => one.ind
 function live(on) {
   for (const id of ["guards-panel", "temperature-panel", "cycles-panel"]) $(id).hidden = !on;
   traces.hold(!on);
-  if (on) { put("loop-title", "Force over stroke"); put("traces-title", "Over time"); }
+  if (on) put("loop-title", "Force over stroke");
 }
-function drawRun(run) {
-  put("loop-title", `Force over stroke: ${run.step || run.id}`); put("traces-title", `Over time: ${run.step || run.id}`);
+function drawRun(run, asked) {
+  put("loop-title", `Force over stroke: ${run.step || run.id}`);
   const loop = run.loop;
   if (loop.t && loop.t.length) {
     charts.loop.x.reset(); charts.loop.y.reset(); charts.loop.zoom = null; charts.loop.windows = [];
     charts.loop.show([[], []], [loop.s, loop.f], null);
     put("loop-legend", "");
-    traces.showRun(loop.t, loop.s, loop.f);
+    traces.showRun(run.step || run.id, loop, asked);
     document.body.dataset.points = String(charts.loop.points);
   }
   show.events(run.events.map((e) => ({ at: e.at_s === null ? "" : `${e.at_s.toFixed(1)} s`, text: e.text })));
@@ -267,7 +241,7 @@ function head() {
   $("age").classList.toggle("old", !state.connected && !state.over || stale || kind === "silent");
   const running = live && !finished && state.connected;
   $("close").hidden = !(kind === "finished" && state.connected && state.rights === "control");
-  for (const button of document.querySelectorAll(".while-running")) button.hidden = kind === "finished";
+  for (const one of document.querySelectorAll(".while-running")) one.hidden = kind === "finished";
   for (const button of document.querySelectorAll("[data-after]")) button.disabled = !running;
   const step = document.querySelector("#steps .running .bar i");
   if (step && now?.cycles) step.style.width = `${Math.min(100, (100 * now.cycle) / now.cycles)}%`;
@@ -280,7 +254,7 @@ function head() {
 
 function take(message) {
   if (message.age_s !== undefined) { state.age = message.age_s; state.ageAt = performance.now(); }
-  if (message.rows) takeRows(message.rows);
+  if (message.rows?.length) { rows.take(message.rows); state.dirty = true; }
   for (const [name, content] of Object.entries(message.sections || {})) state.sections[name] = content;
   for (const [name, content] of Object.entries(message.sections || {})) if (Object.hasOwn(show, name)) show[name](content);
   head();
@@ -298,7 +272,7 @@ async function post(path, content) {
 function connect() {
   const wire = new WebSocket(`ws://${location.host}/live`);
   state.wire = wire;
-  wire.addEventListener("open", () => { state.connected = true; state.tries = 0; clearRows(); head(); });
+  wire.addEventListener("open", () => { state.connected = true; state.tries = 0; rows.clear(); head(); });
   wire.addEventListener("message", (event) => take(JSON.parse(event.data)));
   wire.addEventListener("close", () => {
     if (state.connected) state.lostAt = clock(Date.now());

@@ -1,5 +1,5 @@
 // The runs of a campaign that has ended, as evaluation judges them.
-import { $, fixed, make, put } from "./times.js";
+import { $, counted, fixed, make, put } from "./times.js";
 
 const state = { content: null, chosen: null, drawn: () => {} };
 
@@ -11,10 +11,10 @@ export function show(content) {
   state.content = content;
   const n = content.runs.length;
   $("results-panel").hidden = false;
-  put("evaluating", content.evaluating ? `Evaluating: ${n} done …` : `${n} runs${content.broken ? ", then the evaluation ended with a fault" : ""}. Values with expanded uncertainty (k = 2). Choose one to see its loop.`);
+  put("evaluating", content.evaluating ? `Evaluating: ${n} done …` : `${counted(n, "run")}${content.broken ? ", then the evaluation ended with a fault" : ""}. Values with expanded uncertainty (k = 2). Choose one to see its loop.`);
   if (n) headMeans(content.runs[0].columns);
   $("runs").replaceChildren(...content.runs.map(runRow));
-  if (state.chosen === null && n) choose(n - 1);
+  if (state.chosen === null && n) choose(n - 1, false);
 }
 
 function value(entry, digits, factor = 1) {
@@ -40,12 +40,12 @@ function runRow(run, index) {
   row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
   return row;
 }
-function choose(index) {
+function choose(index, asked = true) {
   const run = state.content.runs[index];
   state.chosen = index;
   [...$("runs").children].forEach((row, i) => row.classList.toggle("chosen", i === index));
   const passed = run.requirements.filter((r) => r.verdict === "pass").length;
-  const lines = [run.reason && `Ended: ${run.reason}`, run.requirements.length && `${passed} of ${run.requirements.length} requirements and conditions passed.`, ...run.requirements.filter((r) => r.verdict !== "pass").map((r) => `${r.id}${r.cycle ? `, cycle ${r.cycle}` : ""}: ${r.verdict}${r.why ? ` (${r.why})` : ""}`), ...run.warnings.map((w) => `Warning: ${typeof w === "string" ? w : JSON.stringify(w)}`)];
+  const lines = [run.reason && `Ended: ${run.reason}`, run.requirements.length && `${passed} of ${counted(run.requirements.length, "requirement or condition", "requirements and conditions")} passed.`, ...run.requirements.filter((r) => r.verdict !== "pass").map((r) => `${r.id}${r.cycle ? `, cycle ${r.cycle}` : ""}: ${r.verdict}${r.why ? ` (${r.why})` : ""}`), ...run.warnings.map((w) => `Warning: ${typeof w === "string" ? w : JSON.stringify(w)}`)];
   $("run-detail").replaceChildren(...lines.filter(Boolean).map((text) => make("small", "", text)));
-  state.drawn(run);
+  state.drawn(run, asked);
 }

@@ -1,16 +1,23 @@
 // Times are the laboratory's, wherever this browser is; and small helpers that every part of the page needs.
 let zone = null;
 
-export function setZone(content) { zone = content; }
+export function setZone(content) { zone = content; formats = new Map(); }
 export function zoneName() { return zone ? zone.name || `UTC${zone.offset_min < 0 ? "−" : "+"}${Math.abs(zone.offset_min) / 60}` : ""; }
 
+// one formatter for each way of writing a time: a page asks twenty times a second
+let formats = new Map();
+function format(options, timeZone) {
+  const key = JSON.stringify([options, timeZone]);
+  if (!formats.has(key)) formats.set(key, new Intl.DateTimeFormat("sv-SE", { ...options, hour12: false, timeZone }));
+  return formats.get(key);
+}
 function written(date, options) {
   if (isNaN(date)) return "";
-  if (!zone) return date.toLocaleString("sv-SE", { ...options, hour12: false });
+  if (!zone) return format(options).format(date);
   try {
-    if (zone.name) return date.toLocaleString("sv-SE", { ...options, hour12: false, timeZone: zone.name });
+    if (zone.name) return format(options, zone.name).format(date);
   } catch { /* a name that this browser does not know: by the offset */ }
-  return new Date(date.getTime() + 60000 * zone.offset_min).toLocaleString("sv-SE", { ...options, hour12: false, timeZone: "UTC" });
+  return format(options, "UTC").format(new Date(date.getTime() + 60000 * zone.offset_min));
 }
 export function clock(when, seconds = true) {
   return written(new Date(when), { hour: "2-digit", minute: "2-digit", ...(seconds ? { second: "2-digit" } : {}) });
@@ -33,6 +40,7 @@ export function make(tag, className, text) {
 }
 export function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
 export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
+export function counted(n, one, many = `${one}s`) { return `${n.toLocaleString("en")} ${n === 1 ? one : many}`; }
 export function choices(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", "", text); one.value = value; return one; }));
   select.value = entries.some(([value]) => value === chosen) ? chosen : entries[0]?.[0] ?? "";

@@ -1,11 +1,12 @@
-// Two channels over time: the last half minute as it comes, or any span of the campaign as its server keeps it.
+// Two channels over time: the last half minute as it comes, or any span of the campaign as its server keeps it;
+// behind the campaign's end the run that is looked at, or the span that was chosen.
 import { TraceChart } from "./charts.js";
 import { $, choices, fixed, lasting, make, put } from "./times.js";
 
 const RENEW_MS = 2000;
-const SPANS = { live: 30, "300": 300, "1800": 1800, whole: Infinity, chosen: null };
+const SPANS = { live: 30, run: null, "300": 300, "1800": 1800, whole: Infinity, chosen: null };
 const panes = [];
-const state = { span: "live", from: 0, to: 0, units: new Map(), last: null, busy: false, again: false };
+const state = { span: "live", from: 0, to: 0, units: new Map(), last: null, busy: false, again: false, held: false, run: null };
 
 export function begin() {
   for (const [index, id] of [[0, "stroke"], [1, "force"]]) {
@@ -13,9 +14,9 @@ export function begin() {
     pane.select.addEventListener("change", () => { pane.chart.y.reset(); label(pane); renew(); });
     panes.push(pane);
   }
-  $("span").addEventListener("change", () => { state.span = $("span").value; renew(); });
+  $("span").addEventListener("change", () => { state.span = $("span").value; shown(); });
   for (const [id, act] of [["zoom-in", () => zoom(0.5)], ["zoom-out", () => zoom(2)], ["earlier", () => move(-0.5)], ["later", () => move(0.5)]]) $(id).addEventListener("click", act);
-  setInterval(() => { if (!document.hidden && state.span !== "chosen") renew(); }, RENEW_MS);
+  setInterval(() => { if (!document.hidden && !state.held && state.span !== "chosen") renew(); }, RENEW_MS);
 }
 
 // every channel that is recorded can be chosen
@@ -23,22 +24,43 @@ export function setChannels(list) {
   state.units = new Map(list.map((one) => [one.name, one.unit]));
   for (const [index, pane] of panes.entries()) {
     choices(pane.select, list.map((one) => [one.name, one.unit ? `${one.name} in ${one.unit}` : one.name]), pane.select.value || (index ? "force" : "stroke"));
-    label(pane);
+    if (state.span !== "run") label(pane);
   }
 }
-function label(pane) { pane.chart.label(`${pane.select.value} in ${state.units.get(pane.select.value) || ""}`); }
+function label(pane) { const unit = state.units.get(pane.select.value) || ""; pane.chart.label(`${pane.select.value} in ${unit}`, unit); }
 
-export function isLive() { return state.span === "live" && panes[0].select.value === "stroke" && panes[1].select.value === "force"; }
+export function isLive() { return !state.held && state.span === "live" && panes[0].select.value === "stroke" && panes[1].select.value === "force"; }
 export function showRows(t, s, f, now) {
   if (!isLive()) return;
   const xs = t.map((at) => at - now);
   panes[0].chart.show(xs, s, s, [-SPANS.live, 0], "seconds before now");
   panes[1].chart.show(xs, f, f, [-SPANS.live, 0], "seconds before now");
 }
-export function showRun(t, s, f) {
+// a run of a campaign that has ended: at once where its half minute was looked at, else when it is asked for
+export function showRun(name, { t, s, f }, asked) {
+  state.run = { name, t, s, f };
+  if (asked || state.span === "live") $("span").value = state.span = "run";
+  shown();
+}
+// behind the end nothing comes any more; what the server of this page has kept can still be looked at
+export function hold(on) {
+  if (state.held === on) return;
+  state.held = on;
+  for (const one of $("span").options) one.hidden = one.disabled = on ? one.value === "live" : one.value === "run";
+  if (!on && state.span === "run") $("span").value = state.span = "live";
+  $("trace-tools").hidden = on;
+  if (on) ask("inf", "inf").then((h) => { state.last = h; $("trace-tools").hidden = state.held && h.first_s === null; }, () => {});
+  shown();
+}
+function shown() {
+  const run = state.span === "run";
+  for (const id of ["zoom-in", "zoom-out", "earlier", "later", "stroke-channel", "force-channel"]) $(id).disabled = run;
+  put("traces-title", run ? `Over time: ${state.run.name}` : "Over time");
+  if (!run) { for (const pane of panes) { pane.chart.y.reset(); label(pane); } renew(); return; }
+  const { t, s, f } = state.run;
+  put("trace-said", "");
   for (const [pane, ys] of [[panes[0], s], [panes[1], f]]) { pane.chart.y.reset(); pane.chart.label(pane.index ? "force in kN" : "stroke in mm"); pane.chart.show(t, ys, ys, [t[0], t[t.length - 1]], "seconds"); }
 }
-export function hold(on) { state.held = on; $("trace-tools").hidden = on; }
 
 function range() {
   if (state.span === "chosen") return [state.from, state.to];
@@ -48,7 +70,7 @@ function range() {
 }
 
 async function renew() {
-  if (state.held || isLive()) return;
+  if (state.span === "run" || isLive()) return;
   if (state.busy) { state.again = true; return; }
   state.busy = true;
   try {
@@ -87,7 +109,9 @@ function zoomed(from, to) {
   }
   choose(from, to);
 }
-function choose(from, to) { state.span = "chosen"; $("span").value = "chosen"; [state.from, state.to] = [from, Math.max(to, from + 1)]; renew(); }
+function choose(from, to) {
+  if (state.span === "run") return;  // of a run all is shown
+  state.span = "chosen"; $("span").value = "chosen"; [state.from, state.to] = [from, Math.max(to, from + 1)]; renew(); }
 async function window_() {
   if (!state.last || isLive()) state.last = await ask("inf", "inf");
   const h = state.last, [from, to] = isLive() ? [h.last_s - SPANS.live, h.last_s] : range();
@@ -99,11 +123,12 @@ async function move(share) { const [a, b] = await window_(), by = share * (b - a
 function pointed(index, x) {
   for (const pane of panes) if (pane.index !== index) pane.chart.point(x);
   if (x === null) { put("cursor", ""); return; }
+  const run = state.span === "run";
   const parts = panes.map((pane) => {
-    const found = pane.chart.at(x), unit = state.units.get(pane.select.value) || (pane.index ? "kN" : "mm");
+    const found = pane.chart.at(x), name = run ? "" : pane.select.value;
     if (!found) return "";
-    const [low, high] = found;
-    return `${pane.select.value || (pane.index ? "force" : "stroke")} ${low === high ? fixed(low, 2) : `${fixed(low, 2)} … ${fixed(high, 2)}`} ${unit}`;
+    const [low, high] = found, unit = state.units.get(name) || (pane.index ? "kN" : "mm");
+    return `${name || (pane.index ? "force" : "stroke")} ${low === high ? fixed(low, 2) : `${fixed(low, 2)} … ${fixed(high, 2)}`} ${unit}`;
   });
-  put("cursor", `${isLive() || state.held ? `${fixed(x, 2)} s` : lasting(x)}: ${parts.filter(Boolean).join(", ")}`);
+  put("cursor", `${isLive() || run ? `${fixed(x, 2)} s` : lasting(x)}: ${parts.filter(Boolean).join(", ")}`);
 }

@@ -66,4 +66,12 @@ $("open-ticked").addEventListener("click", () => {
   if (!ticked.size) { Desk.say("Tick a run first.", true); return; }
   location.href = `/results?${new URLSearchParams([...ticked].map((path) => ["run", path]))}`;
 });
+// What there is to be searched for: the newest specimens, kinds, campaigns …
+fetch("/archive/hints").then(async (answer) => {
+  if (!answer.ok) return;
+  const hints = await answer.json();
+  $("hints").replaceChildren(...Object.entries(hints).flatMap(([name, values]) => values.map((value) => Object.assign(make("option", name), { value }))));
+  const shown = Object.entries(hints).filter(([name, values]) => values.length && name !== "step").map(([name, values]) => `${name}: ${values.slice(0, 4).join(", ")}${values.length > 4 ? " …" : ""}`);
+  if (shown.length) $("known").textContent = ` There are, of ${shown.join("; of ")}.`;
+}, () => {});
 find();

@@ -42,7 +42,7 @@ export function drawTrend(element, one, label) {
     series: [{}, { stroke: css("--force"), width: 0, points: { show: true, size: 8, fill: css("--force") } }, { stroke: css("--soft"), width: 1.5, dash: [6, 4], points: { show: false } }],
     hooks: { draw: [(p) => {
       const c = p.ctx, r = devicePixelRatio;
-      c.save(); c.strokeStyle = css("--force"); c.lineWidth = 1.5 * r; c.beginPath();
+      c.save(); c.setLineDash([]); c.strokeStyle = css("--force"); c.lineWidth = 1.5 * r; c.beginPath();
       xs.forEach((f, i) => {
         const at = p.valToPos(f, "x", true), low = p.valToPos(ys[i] - us[i], "y", true), high = p.valToPos(ys[i] + us[i], "y", true);
         c.moveTo(at, low); c.lineTo(at, high);

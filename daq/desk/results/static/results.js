@@ -24,6 +24,7 @@ function beside(value, u) {
 }
 // an uncertainty that the decimals of the figure would make nothing keeps its own
 function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
+function counted(n, one, many = `${one}s`) { return `${n} ${n === 1 ? one : many}`; }
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
 function row(cells) { const r = make("tr"); r.append(...cells); return r; }
 
@@ -128,7 +129,7 @@ function showTrend() {
   $("trend-chart").hidden = !one;
   drawTrend($("trend-chart"), one, one ? words(one.quantity) : "");
   $("trend-said").textContent = !one ? "A trend needs runs of the same prestress and amplitude at several frequencies." :
-    `${one.runs.length} runs${one.slope_per_Hz === null ? "" : `; slope ${certain(one.slope_per_Hz, one.slope_expanded_uncertainty_per_Hz)} per Hz`}. Bars: U of each run.${one.warnings.length ? ` ${one.warnings.join(" ")}` : ""}`;
+    `${counted(one.runs.length, "run")}${one.slope_per_Hz === null ? "" : `; slope ${certain(one.slope_per_Hz, one.slope_expanded_uncertainty_per_Hz)} per Hz`}. Bars: U of each run.${one.warnings.length ? ` ${one.warnings.join(" ")}` : ""}`;
 }
 function specimens() {
   const names = [...new Set(state.result.runs.map((r) => r.specimen).filter(Boolean))];
@@ -158,7 +159,7 @@ $("again")?.addEventListener("submit", (event) => {
     Desk.say("");
     $("beside").hidden = false;
     const moves = found.moves, beyond = moves.filter((m) => m.beyond_uncertainty).length;
-    $("moved").textContent = moves.length || found.verdicts.length ? `${moves.length} figures moved, ${beyond} of them beyond their uncertainty; ${found.verdicts.length} verdicts are others.` : "Nothing moved.";
+    $("moved").textContent = moves.length || found.verdicts.length ? `${counted(moves.length, "figure")} moved, ${beyond} of them beyond their uncertainty; ${counted(found.verdicts.length, "verdict is another", "verdicts are others")}.` : "Nothing moved.";
     fill($("moves"), moves.map((m) => row([make("td", m.run), make("td", m.words, "left"), make("td", beside(m.old, m.expanded_uncertainty)), make("td", beside(m.new, m.expanded_uncertainty)), make("td", beside(m.difference, m.expanded_uncertainty)), make("td", m.expanded_uncertainty ? Number(m.expanded_uncertainty.toPrecision(2)).toString() : "–"), make("td", m.beyond_uncertainty ? "yes" : "no", "left")])));
     $("verdicts").hidden = !found.verdicts.length;
     fill($("verdicts"), found.verdicts.map((v) => row([make("td", v.run), make("td", v.id, "left"), make("td", v.cycle ?? ""), make("td", v.old ?? "–", `left ${v.old}`), make("td", v.new, `left ${v.new}`), make("td", v.why, "wrap")])));
@@ -178,8 +179,8 @@ if (!answer.ok) { $("waiting").textContent = ""; Desk.say(found.problem, true); 
   $("waiting").textContent = ""; $("results").hidden = false;
   $("command").textContent = found.command;
   const told = [...found.failures.map((f) => `${f.path}: ${f.problem}`), ...found.warnings, ...found.runs.flatMap((r) => r.warnings.map((w) => `${r.id}: ${w}`))];
-  $("warned").textContent = `${told.length} warnings`;
-  $("warnings").replaceChildren(...told.slice(0, 40).map((text) => make("li", text)), ...(told.length > 40 ? [make("li", `and ${told.length - 40} more warnings`)] : []));
+  $("warned").textContent = counted(told.length, "warning");
+  $("warnings").replaceChildren(...told.slice(0, 40).map((text) => make("li", text)), ...(told.length > 40 ? [make("li", `and ${counted(told.length - 40, "more warning")}`)] : []));
   for (const r of found.runs.filter((one) => one.loop).slice(0, 6)) state.ticked.add(r.path);
   showRuns(); requirements(); trends(); specimens(); loops();
 }
