@@ -33,6 +33,7 @@ function cell(row, name) {
   }
   if (name === "started_utc") return make("td", value ? value.slice(0, 16).replace("T", " ") : "–", "left");
   if (typeof value === "number") return make("td", name === "frequency_Hz" ? value.toFixed(3) : value.toFixed(1));
+  if (name.endsWith("_mm") || name === "frequency_Hz") return make("td", "–");
   if (name === "step") return make("td", value ?? "–", "wrap");
   return make("td", name === "kind" && row.simulated === "yes" ? `${value} (simulated)` : value ?? "–", "left");
 }
