@@ -1,4 +1,4 @@
-"""Tables on paper: nothing runs into the next column, what explains a table stays with it, headings stay whole."""
+"""Tables on paper: nothing runs into the next column; what explains a table, or leads to it, is beside it."""
 
 from __future__ import annotations
 
