@@ -7,12 +7,17 @@ import re
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
 import pypdfium2
 import pytest
 
-from bufferstand.evaluation.report.content.content import Cell, Column, Content, Section, Table, Texts
+from bufferstand.evaluation.figures.differences import ChangeSeries, changes_plot
+from bufferstand.evaluation.figures.paint import _figure
+from bufferstand.evaluation.report.content.content import Cell, Column, Content, Section, Sheet, Table, Texts
 from bufferstand.evaluation.report.rendering.html import kept
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
+from bufferstand.evaluation.report.sections.comparison import _temperature_cell
+from bufferstand.evaluation.wording import ENGLISH
 from tests.evaluation_report.conftest import Made
 
 RUN_ID = "003-harmonic-20mm-20mm-0.318Hz"
@@ -93,3 +98,40 @@ def test_a_heading_stands_over_its_numbers_though_a_cell_is_empty(report: Made) 
 )
 def test_a_sign_stays_with_what_it_is_of(text: str, together: list[str]) -> None:
     assert re.findall(r'<span class="kept">(.*?)</span>', str(kept(text))) == together
+
+
+def lasting(report: Made, rows: int) -> list[str]:
+    """Return the pages of a report that ends with a sheet and a sentence."""
+    first = Section("a", "First", (long_table(rows),), annex=True)
+    sheet = Sheet("Validation", (("Recorded with", Cell("bufferstand")), ("Evaluated with", Cell("it"))))
+    last = Section("b", "Validation", (sheet, Texts(("The last sentence.",))), annex=True)
+    return texts_of(render_pdf(only(report.content, first, last), []))
+
+
+def test_the_last_page_holds_more_than_a_sentence(report: Made) -> None:
+    lengths = set()
+    for rows in range(44, 52):
+        *_, last = pages = lasting(report, rows)
+        lengths.add(len(pages))
+        assert "Recorded with" in last
+        assert "The last sentence." in last
+        assert "End of report" in last
+    assert len(lengths) > 1, "none of them came to the end of a page"
+
+
+def test_a_step_that_was_not_run_is_not_said_to_lack_a_temperature() -> None:
+    assert _temperature_cell(None).why == "this step was not run on it"
+
+
+def test_the_number_of_a_report_is_not_broken_below_a_long_subject(report: Made) -> None:
+    subject = "A: A-105-E-01 (series-1) · B: A-105-E-02 (series-2) · C: A-105-E-03 (series-3)"
+    section = Section("a", "First", (Texts(("Words.",)),))
+    content = only(replace(report.content, subtitle=subject), section)
+    page, *_ = texts_of(render_pdf(content, []))
+    assert page.count(f"Report {content.report_id}") == 2, "in the head, and below the title"
+
+
+def test_steps_have_whole_numbers_at_their_axis() -> None:
+    one = ChangeSeries("W", np.array([1.0, 2.0]), np.array([1.0, 2.0]), np.array([0.1, 0.1]))
+    axes = _figure(changes_plot([one], 3), ENGLISH).axes[0]
+    assert all(float(tick).is_integer() for tick in axes.get_xticks())
