@@ -24,8 +24,8 @@ MORE_SHOWN = 12
 """So many further findings of one file are shown; the others are counted."""
 
 LONGEST_WORD = 200
-"""Characters of a word of the input that a message repeats: of a longer one its two ends are shown."""
-_LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
+"""Characters of a word or quotation that a message repeats: of a longer one its two ends are shown."""
+_TOO_LONG = re.compile(rf"(?<=“)[^“”]{{{LONGEST_WORD + 1},}}(?=”)|\S{{{LONGEST_WORD + 1},}}")
 
 
 class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at every raise
@@ -72,12 +72,12 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
 
     def _line(self, *, named: bool) -> str:
         said = self.problem if not self.place else f"{self.place}: {self.problem}"
-        said = _LONG_WORD.sub(_ends, f"{said}; {self.remedy}" if self.remedy else said)
+        said = _TOO_LONG.sub(_ends, f"{said}; {self.remedy}" if self.remedy else said)
         return plain(f"{self.file}: {said}" if self.file and named else said)
 
 
 def _ends(word: re.Match[str]) -> str:
-    """Return the two ends of a word."""
+    """Return the two ends of a word or quotation."""
     kept = LONGEST_WORD // 2 - 20
     return f"{word[0][:kept]}… ({len(word[0])} characters) …{word[0][-kept:]}"
 

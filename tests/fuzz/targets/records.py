@@ -35,7 +35,7 @@ from bufferstand.recording.sealing.seal_journal import seal
 from tests.drivers.made_certificate import CHAIN, TRANSDUCER, certificate
 from tests.fuzz.mutators import either, of_json, of_json_lines, of_text
 from tests.fuzz.target import Altered, Case, Mutate, Target
-from tests.fuzz.targets.from_files import SAMPLES, of_file
+from tests.fuzz.targets.from_files import SAMPLES, contents, of_file
 from tests.hostile.documents import ODD, changed, places
 from tests.hostile.mutations import mutated
 from tests.hostile_runs.crafting import put_document
@@ -65,9 +65,9 @@ def chained(content: bytes) -> bytes:
     """Return a journal whose frames have right lengths, numbers and check sums, whatever is in them."""
     made, crc = b"", 0
     for number, (head, payload) in enumerate(frames_of(content)):
-        head = len(payload).to_bytes(4, "little") + head[4:-8] + number.to_bytes(8, "little")
-        crc = zlib.crc32(payload, zlib.crc32(head, crc))
-        made += MAGIC + crc.to_bytes(4, "little") + head + payload
+        fitting = len(payload).to_bytes(4, "little") + head[4:-8] + number.to_bytes(8, "little")
+        crc = zlib.crc32(payload, zlib.crc32(fitting, crc))
+        made += MAGIC + crc.to_bytes(4, "little") + fitting + payload
     return made
 
 
@@ -93,6 +93,7 @@ def _of_frames(content: bytes, pick: Random) -> bytes:
 @contextmanager
 def journals(folder: Path) -> Iterator[Case]:
     """Give journals: what is read is a beginning of what was written, unless the chain was made anew."""
+    (folder / "made").mkdir()
     recorder = RunRecorder(folder / "made", "run-1", samples.metadata())
     recorder.anchor(0, 0.25, "2026-03-01T10:00:00+00:00")
     recorder.event(0.5, "note", "a note", by="somebody")
@@ -291,10 +292,8 @@ FOREIGN = (
 
 
 def _in_folder(name: str, read: Callable[[Path], object], mutate: Mutate) -> Target:
-    corpus = lambda _: [(FOLDER / name).read_bytes()]  # noqa: E731
-    return Target(
-        f"campaign-{name.partition('.')[0]}", f"a campaign's {name}", of_file(name, corpus, read, mutate)
-    )
+    begin = of_file(name, contents(FOLDER / name), read, mutate)
+    return Target(f"campaign-{name.partition('.')[0]}", f"a campaign's {name}", begin)
 
 
 def _record(path: Path) -> object:

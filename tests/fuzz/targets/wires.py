@@ -233,7 +233,7 @@ class _Transport:
 
 
 def _requests() -> list[bytes]:
-    plain = [
+    return [
         bytes((3,)) + struct.pack(">HH", 0, 10),
         bytes((4,)) + struct.pack(">HH", 0, 10),
         bytes((6,)) + struct.pack(">HH", 97, 6),
@@ -242,7 +242,6 @@ def _requests() -> list[bytes]:
         bytes((1,)) + struct.pack(">HH", 0, 8),
         bytes((43, 14, 1, 0)),
     ]
-    return plain
 
 
 @contextmanager
@@ -464,7 +463,8 @@ def labjack_stream(folder: Path) -> Iterator[Case]:
             packet = packet_of(head, body[:wanted].ljust(wanted, b"\0"))
             scans, _ = assembly.take(packet)
             for one in scans:
-                assert one.first >= after and one.lost >= 0, "scans are numbered backwards"
+                assert one.first >= after, "scans are numbered backwards"
+                assert one.lost >= 0
                 after = one.first + len(one.samples)
             found += scans
             words = np.frombuffer(body[: len(body) // 2 * 2].ljust(8, b"\0"), ">u2")
@@ -500,7 +500,8 @@ def rmc_plot(folder: Path) -> Iterator[Case]:
             plot.now_s += 0.003 * number
             block = upload.read()
             if block is not None:
-                assert block.first >= after and block.lost >= 0, "samples are numbered backwards"
+                assert block.first >= after, "samples are numbered backwards"
+                assert block.lost >= 0
                 after = block.first + len(block.rows)
                 found.append(block)
             assert upload.clock_us() >= 0
