@@ -77,7 +77,8 @@ def listening() -> Iterator[Told]:
     hooks = sys.unraisablehook, threading.excepthook
 
     def unraisable(one: sys.UnraisableHookArgs) -> None:
-        if "asammdf" not in f"{one.object!r}":  # bufferstand's own hook keeps these quiet
+        library = str(getattr(one.object, "__module__", "")).partition(".")[0]
+        if library != "asammdf":  # bufferstand's own hook keeps these quiet
             told.said.append(f"a traceback of a destructor: {one.exc_value!r}")
 
     sys.unraisablehook = unraisable

@@ -41,6 +41,7 @@ def of_file(
         for one in beside:
             (shutil.copytree if one.is_dir() else shutil.copyfile)(one, folder / one.name)
         path = folder / name
+        path.parent.mkdir(exist_ok=True)
         samples = corpus(folder)
 
         def reader(content: bytes) -> object:

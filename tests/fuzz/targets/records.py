@@ -32,6 +32,7 @@ from bufferstand.recording.recorder import RunRecorder
 from bufferstand.recording.runfile import open_run, write_run
 from bufferstand.recording.sealing import verify, verify_journal
 from bufferstand.recording.sealing.seal_journal import seal
+from tests.bounds.files import Files, guards_of
 from tests.drivers.made_certificate import CHAIN, TRANSDUCER, certificate
 from tests.fuzz.mutators import either, of_json, of_json_lines, of_text
 from tests.fuzz.target import Altered, Case, Mutate, Target
@@ -94,7 +95,9 @@ def _of_frames(content: bytes, pick: Random) -> bytes:
 def journals(folder: Path) -> Iterator[Case]:
     """Give journals: what is read is a beginning of what was written, unless the chain was made anew."""
     (folder / "made").mkdir()
-    recorder = RunRecorder(folder / "made", "run-1", samples.metadata())
+    (folder / "files").mkdir()
+    guards = guards_of(Files(folder / "files").prepare()).as_dict()
+    recorder = RunRecorder(folder / "made", "run-1", {**samples.metadata(), "limits": {"guards": guards}})
     recorder.anchor(0, 0.25, "2026-03-01T10:00:00+00:00")
     recorder.event(0.5, "note", "a note", by="somebody")
     for number in range(BLOCKS):
@@ -231,6 +234,9 @@ def run_documents(folder: Path) -> Iterator[Case]:
 # --- records of others -----------------------------------------------------------------------------
 
 
+MDF = (".mf4", ".mdf")
+
+
 def _foreign(suffix: str, make: Callable[[Path], Path], mutate: Mutate = mutated) -> Target:
     """Return the target of a kind of foreign record."""
     out = "imported"
@@ -247,9 +253,9 @@ def _foreign(suffix: str, make: Callable[[Path], Path], mutate: Mutate = mutated
             gc.collect(0)
 
     name = f"import-{make.__name__.strip('_').replace('_', '-')}"
-    return Target(
-        name, f"foreign records ({suffix[1:]})", of_file(f"r{suffix}", corpus, read, mutate), dose=6
-    )
+    begin = of_file(f"r{suffix}", corpus, read, mutate)
+    dose = 1 if suffix in MDF else 6  # each is tried in a process of its own first
+    return Target(name, f"foreign records ({suffix[1:]})", begin, dose=dose)
 
 
 def _head_or_all(content: bytes, pick: Random) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 from bufferstand.cli.campaign.preparation import prepare
@@ -17,6 +18,7 @@ from bufferstand.evaluation.publication.fields import read_publication
 from bufferstand.evaluation.report.source.fields import read_fields
 from bufferstand.evaluation.requirements.inspection import load_inspection
 from bufferstand.evaluation.requirements.limit_set import load_limit_set
+from bufferstand.foundation.settings import load_settings
 from bufferstand.foundation.specimen.file import load_specimen
 from bufferstand.model.file import load_model
 from bufferstand.model.train.file import load_train
@@ -33,30 +35,42 @@ SETS = ROOT / "evaluation" / "validation" / "sets"
 MAPS = ROOT / "drivers" / "register_maps"
 IO = ROOT / "drivers" / "acquisition" / "modbus_io" / "descriptions"
 LINES = ROOT / "drivers" / "amplifiers" / "ascii_line" / "descriptions"
+ITEMS = tuple(
+    one["id"] for one in tomllib.loads((SAMPLES / "ring-spring-checklist.toml").read_text("utf-8"))["item"]
+)
 BESIDE = (SAMPLES / "stand.toml", SAMPLES / "specimens", SAMPLES / "models")
 
 
 def _recording_stands(folder: Path) -> list[bytes]:
     del folder
-    return [stand_text(labjack(), inputs=5).encode(), stand_text(labjack(), force_here=False).encode()]
+    return [stand_text(labjack(), inputs=number).encode() for number in (3, 5)]
 
 
-def _stands(_: Path) -> list[bytes]:
-    kinds = (text for schema, text in FILES.values() if schema is StandFile)
-    return [(SAMPLES / "stand.toml").read_bytes(), *(text.encode() for text in kinds)]
+def _kinds(_: Path) -> list[bytes]:
+    return [text.encode() for schema, text in FILES.values() if schema is StandFile]
+
+
+def _publication(path: Path) -> object:
+    return read_publication(path.parent, path)
 
 
 def _profiles(_: Path) -> list[bytes]:
     return [path.read_bytes() for path in sorted((MAPS / "profiles").glob("*.toml"))]
 
 
+_CAMPAIGNS = ("demo", "en15551", "fig9", "paper", "paper-full")
 _PLANNED = ("demo", "en15551", "fig9", "paper")
 
 SETTINGS = (
     Target(
         "stand",
         "stand files",
-        of_file("s.toml", _stands, load_stand, of_text),
+        of_file("s.toml", contents(SAMPLES / "stand.toml"), load_stand, of_text),
+    ),
+    Target(
+        "stand-kinds",
+        "stand files with each kind of amplifier and sensor",
+        of_file("s.toml", _kinds, lambda path: load_settings(path, StandFile), of_text),
     ),
     Target(
         "recording-stand",
@@ -66,7 +80,7 @@ SETTINGS = (
     Target(
         "campaign",
         "campaign files",
-        of_file("c.toml", contents(*SAMPLES.glob("*.toml")), load_campaign, of_text),
+        of_file("c.toml", contents(*(SAMPLES / f"{one}.toml" for one in _CAMPAIGNS)), load_campaign, of_text),
     ),
     Target(
         "plan",
@@ -112,7 +126,7 @@ SETTINGS = (
     Target(
         "publication",
         "publication.toml",
-        of_file("p.toml", contents(HERE / "publication.toml"), read_publication, of_text),
+        of_file("p.toml", contents(HERE / "publication.toml"), _publication, of_text),
     ),
     Target(
         "inspection",
@@ -120,7 +134,7 @@ SETTINGS = (
         of_file(
             "i.toml",
             contents(SAMPLES / "ring-spring-checklist.toml"),
-            lambda path: load_inspection(path, ("disassembled", "rings-clean")),
+            lambda path: load_inspection(path, ITEMS),
             of_text,
         ),
     ),
@@ -173,7 +187,7 @@ SETTINGS = (
         "train",
         "train files",
         of_file(
-            "t.toml",
+            "trains/t.toml",
             contents(*sorted((SAMPLES / "trains").glob("*.toml"))),
             load_train,
             of_text,
