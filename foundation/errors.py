@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
@@ -21,6 +22,10 @@ class ExitStatus(IntEnum):
 
 MORE_SHOWN = 12
 """So many further findings of one file are shown; the others are counted."""
+
+LONGEST_WORD = 200
+"""Characters of a word or quotation that a message repeats: of a longer one its two ends are shown."""
+_TOO_LONG = re.compile(rf"(?<=“)[^“”]{{{LONGEST_WORD + 1},}}(?=”)|\S{{{LONGEST_WORD + 1},}}")
 
 
 class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at every raise
@@ -66,9 +71,15 @@ class BadInput(Exception):  # noqa: N818 - it names the fact, and reads so at ev
         return "\n".join((self._line(named=True), *further))
 
     def _line(self, *, named: bool) -> str:
-        where = ": ".join(part for part in ((self.file or "") * named, self.place) if part)
-        text = f"{where}: {self.problem}" if where else self.problem
-        return plain(f"{text}; {self.remedy}" if self.remedy else text)
+        said = self.problem if not self.place else f"{self.place}: {self.problem}"
+        said = _TOO_LONG.sub(_ends, f"{said}; {self.remedy}" if self.remedy else said)
+        return plain(f"{self.file}: {said}" if self.file and named else said)
+
+
+def _ends(word: re.Match[str]) -> str:
+    """Return the two ends of a word or quotation."""
+    kept = LONGEST_WORD // 2 - 20
+    return f"{word[0][:kept]}… ({len(word[0])} characters) …{word[0][-kept:]}"
 
 
 class DeviceFault(Exception):  # noqa: N818 - it names the fact

@@ -186,6 +186,7 @@ class Folder:
         """
         try:
             path = (self.root / relative).resolve()
+            path.exists()  # of a name that is too long it cannot be told
         except (OSError, ValueError, RuntimeError):
             path = Path("/")
         if not path.is_relative_to(self.root) or any(ord(c) < 32 for c in relative):

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 _NUMBER = re.compile(rb"^\s*([+-]?)\s*(\d+)(?:\.(\d+))?(?:\s*[^\d\s.,+-]\S*)?\s*$")
 _LONGEST = 80
+MOST_COUNTS = (1 << 31) - 1
+"""Counts are kept as whole numbers of 32 bits; no amplifier has more."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,8 @@ class LineDecoder:
 
     def _take(self, line: bytes, values: list[TextValue]) -> None:
         found = self._parse(line)
+        if found is not None and abs(found[0]) > MOST_COUNTS:  # lines that ran together, or garbage
+            found = None
         if not self._aligned:
             self._aligned = True  # the first line may be the end of one, and a number all the same
             return

@@ -37,6 +37,7 @@ from bufferstand.foundation.channels import (
     tilt_of_strokes,
 )
 from bufferstand.foundation.files import readable
+from bufferstand.foundation.settings import demand_within
 from bufferstand.recording import MAIN_STREAM
 from bufferstand.recording.runfile import Run, Series, open_run, simulated_of
 
@@ -287,7 +288,7 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         )
     channels = {name: c for stream in run.streams.values() for name, c in stream.channels.items()}
     there = [channels[name] for name in used if name in channels]
-    wires = [_stated(wire) for wire in there]
+    wires = [_stated(wire, run) for wire in there]
     occasion = _occasion(run)
     return RunFacts(
         id=run.id,
@@ -300,13 +301,13 @@ def _facts(run: Run, used: Sequence[str]) -> RunFacts:
         status=run.status,
         step=run.step,
         problems=(*_import_findings(run), *_empty_wires(run, used)),
-        force_uncertainty=_with_clocks(run, _stated(channels["force"])) if "force" in channels else None,
+        force_uncertainty=_with_clocks(run, _stated(channels["force"], run)) if "force" in channels else None,
         stroke_uncertainty=tuple(w for w in wires if w is not None) if None not in wires else (),
         force_identity=identity_of(channels["force"], occasion) if "force" in channels else None,
         stroke_identities=tuple(identity_of(wire, occasion) for wire in there),
         stand=occasion.stand,
         simulated=simulated_of(run.metadata),
-        speed_uncertainty=_stated(channels["speed"]) if "speed" in channels else None,
+        speed_uncertainty=_stated(channels["speed"], run) if "speed" in channels else None,
         force_delay_s=channels["force"].delay_s if "force" in channels else 0.0,
         force_limit_kN=_stand_limit(run, "force_max_kN"),
         stroke_limit_mm=_stand_limit(run, "stroke_max_mm"),
@@ -418,9 +419,10 @@ def _force_cell(run: Run) -> ForceCell | None:
     return cast("ForceCell | None", place)
 
 
-def _stated(channel: Channel) -> ChannelUncertainty | None:
-    """Return a channel's uncertainty, or None where it states nothing at all."""
+def _stated(channel: Channel, run: Run) -> ChannelUncertainty | None:
+    """Return a channel's uncertainty, None where it states nothing; refuse one that cannot be."""
     stated = channel.uncertainty
+    demand_within(stated, run.path, "", (channel.name, "uncertainty"))
     values = (getattr(stated, name) for name in type(stated).model_fields)
     return stated if any(value is not None for value in values) else None
 

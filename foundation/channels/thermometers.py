@@ -16,4 +16,7 @@ def recorded_thermometers(stand: Mapping[str, Any]) -> tuple[Mapping[str, Any], 
     """
     devices = stand.get("temperature") or ()
     devices = (devices,) if isinstance(devices, Mapping) else devices
-    return tuple(sensor for device in devices for sensor in device.get("sensor") or ())
+    sensors = (
+        sensor for device in devices if isinstance(device, Mapping) for sensor in device.get("sensor") or ()
+    )
+    return tuple(sensor for sensor in sensors if isinstance(sensor, Mapping))  # whoever wrote the document

@@ -88,3 +88,11 @@ def test_a_record_that_is_none_is_shown_as_such(tmp_path: Path) -> None:
     assert str(tmp_path) not in run.problem, "no place of this machine"
     assert run.problem.startswith("campaign.json: ")
     assert run.problem
+
+
+def test_a_name_that_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    """Found by fuzzing: the desk answered with a traceback of its own in the log."""
+    for name in ("a" * 300, "a/" * 3000, "{a = " * 500):
+        for look in (Folder(tmp_path).inside, Folder(tmp_path).new, Folder(tmp_path).within):
+            with pytest.raises(BadInput):
+                look(name)

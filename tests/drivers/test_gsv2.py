@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.drivers.amplifiers.aed.values import continuous_decoder
 from bufferstand.drivers.amplifiers.gsv2.amplifier import Gsv2Amplifier, frequency_of, register_of
+from bufferstand.drivers.amplifiers.text_values import LineDecoder, decimal_counts
 from bufferstand.drivers.stand_file.loading import load_stand
 from bufferstand.foundation.clock import WallClock
 from bufferstand.foundation.errors import DeviceFault
@@ -241,3 +243,12 @@ def test_zero_is_sent_only_when_asked(far: PtyAmplifier, amplifier: Gsv2Amplifie
     amplifier.zero()
     until(lambda: far.commands.endswith(b"\x0c"))
     assert far.commands.count(b"\x0c") == 1
+
+
+def test_a_line_of_more_digits_than_counts_have_is_lost() -> None:
+    """Found by fuzzing: it ended the thread that reads."""
+    decoder = LineDecoder(lambda line: decimal_counts(line, 2), aligned=True)
+    found = decoder.feed(b"+0001.25\r\n+99999999999999999999.25\r\n+0001.50\r\n")
+    assert [(value.count, value.lost) for value in found] == [(125, 0), (150, 1)]
+    aed = continuous_decoder(3, checksum=False, address=None, aligned=True)
+    assert [value.count for value in aed.feed(b"12\r\n99999999999999\r\n13\r\n")] == [12, 13]

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import random
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,6 +19,7 @@ from bufferstand.daq.strokes import learned_in, read_strokes
 from bufferstand.daq.zero.file import kept_zero
 from bufferstand.foundation.errors import BadInput
 from tests.hostile.attempts import attempt, bugs
+from tests.hostile.documents import ODD, changed, places
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_runs"
 CAMPAIGN = """
@@ -36,9 +34,6 @@ kind = "static"
 force_limit_kN = 60.0
 speed_mm_per_s = 20.0
 """
-ODD: tuple[Any, ...] = (
-    None, True, "a", "", -1, 0, 10**30, 1e300, 5e-324, -1.5, [], [1], {}, {"a": 1}, "a" * 5000, "\x1b[31m",
-)  # fmt: skip
 LINES = ("as-run.jsonl", "strokes.jsonl", "notes.jsonl")
 FILES = ("campaign.json", "zero.json", *LINES)
 
@@ -58,26 +53,6 @@ def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def folder(run_folder: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(run_folder, tmp_path / "out"))
-
-
-def places(content: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Every place in a document."""
-    yield path
-    parts = content.items() if isinstance(content, dict) else ()
-    for key, inner in enumerate(content) if isinstance(content, list) else parts:
-        yield from places(inner, (*path, key))
-
-
-def changed(content: Any, path: tuple[Any, ...], value: Any) -> Any:
-    """Return a document with another value at a place."""
-    if not path:
-        return value
-    content = copy.deepcopy(content)
-    here = content
-    for part in path[:-1]:
-        here = here[part]
-    here[path[-1]] = value
-    return content
 
 
 def read_everything(folder: Path, campaign: Path) -> None:

@@ -19,7 +19,7 @@ from bufferstand.recording.recorder import RunRecorder
 from bufferstand.recording.sealing.seal_journal import seal
 from bufferstand.recording.sealing.verification import verify, verify_journal
 from tests.bounds.files import Files, guards_of
-from tests.hostile.test_campaign_files import ODD, changed, places
+from tests.hostile.documents import ODD, changed, places
 from tests.recording import samples
 from tests.recording.test_writer import record
 

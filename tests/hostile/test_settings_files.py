@@ -14,7 +14,13 @@ from bufferstand.cli.commands.schema import NAMES, described
 from bufferstand.evaluation.requirements import LimitSet
 from bufferstand.foundation.channels import Zero
 from bufferstand.foundation.errors import BadInput
-from bufferstand.foundation.settings import Numbers, Settings, load_settings, parse_settings
+from bufferstand.foundation.settings import (
+    Numbers,
+    Settings,
+    load_settings,
+    load_shipped_or_own,
+    parse_settings,
+)
 from bufferstand.foundation.settings.bounds import NumericKey, numeric_keys
 from bufferstand.model import ModelFile
 from tests.bounds.files import Files, base_campaign, toml_text, with_key
@@ -179,3 +185,11 @@ def test_no_extreme_number_ends_in_a_bug(what: str, tmp_path: Path) -> None:
     found = outcomes_of(what, tmp_path, slice(None))
     assert len(found) > 80
     assert not bugs(found)
+
+
+def test_a_shipped_file_of_a_name_that_no_file_can_have_is_refused(tmp_path: Path) -> None:
+    """Found by fuzzing: a name of 5,000 digits ended in a traceback."""
+    with pytest.raises(BadInput, match="there is no box"):
+        load_shipped_or_own(
+            "9" * 5000, Box, folder=tmp_path, shipped=tmp_path, what="there is no box “{name}”"
+        )

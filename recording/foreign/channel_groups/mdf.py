@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.foundation import BadInput, to_inside
+from bufferstand.recording.foreign.channel_groups.survival import demand_survived
 from bufferstand.recording.foreign.columns import spelled
 from bufferstand.recording.foreign.library_files import (
     Groups,
@@ -59,10 +60,11 @@ class MdfRecord:
         self.path = path
         self._findings: list[str] = []
         self._missing = reading.no_value_numbers
-        self._unfinalised = _is_unfinalised(path)
+        self._unfinalised = is_unfinalised(path)
+        demand_survived(path)
         if self._unfinalised:
             self._findings.append("the file was not finalised: the recording may have been cut short")
-        with self._opened() as file, of_library(path, "MDF file"):
+        with opened(self.path) as file, of_library(path, "MDF file"):
             names = _group_names(file)
             self._groups = Groups(names, reading.groups, path)
             self._version = str(file.version)
@@ -114,7 +116,7 @@ class MdfRecord:
             )
         groups: dict[int, dict[int, Floats]] = {}
         masters: dict[int, _Master] = {}
-        with self._opened() as file:
+        with opened(self.path) as file:
             for position in positions:
                 number = self._channels[position].group_index
                 if number not in masters:
@@ -182,31 +184,39 @@ class MdfRecord:
             values[np.asarray(invalid, dtype=bool)] = np.nan
         return values
 
-    @contextmanager
-    def _opened(self) -> Iterator[Any]:
-        try:
-            from asammdf import MDF  # noqa: PLC0415 - optional library
-        except ImportError:
-            raise missing_library("asammdf", self.path, "an MDF file") from None
-        with ExitStack() as stack:
-            stack.enter_context(quiet("asammdf"))
-            stream = self._stream(stack)
-            stack.enter_context(redirect_stdout(io.StringIO()))  # it prints tracebacks
-            with of_library(self.path, "MDF file"):
-                file = MDF(stream)
-            stack.callback(_closed, file)
-            yield file
 
-    def _stream(self, stack: ExitStack) -> Any:
-        """Open the file; of one that was not finalised a copy, because finalising writes."""
-        path = self.path
-        try:
-            if self._unfinalised:
-                folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="bufferstand-"))
-                path = Path(shutil.copyfile(self.path, Path(folder) / "copy"))
-            return stack.enter_context(path.open("r+b" if self._unfinalised else "rb"))
-        except OSError as error:
-            raise BadInput(f"cannot be read or copied: {error.strerror}", file=self.path) from None
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """Give a file as its library has it; of one that was not finalised a copy, because finalising writes.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or its library is missing.
+    """
+    try:
+        from asammdf import MDF  # noqa: PLC0415 - optional library
+    except ImportError:
+        raise missing_library("asammdf", path, "an MDF file") from None
+    with ExitStack() as stack:
+        stack.enter_context(quiet("asammdf"))
+        stream = _stream(path, stack)
+        stack.enter_context(redirect_stdout(io.StringIO()))  # it prints tracebacks
+        with of_library(path, "MDF file"):
+            file = MDF(stream)
+        stack.callback(_closed, file)
+        yield file
+
+
+def _stream(path: Path, stack: ExitStack) -> Any:
+    read, unfinalised = path, is_unfinalised(path)
+    try:
+        if unfinalised:
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="bufferstand-"))
+            read = Path(shutil.copyfile(path, Path(folder) / "copy"))
+        return stack.enter_context(read.open("r+b" if unfinalised else "rb"))
+    except OSError as error:
+        raise BadInput(f"cannot be read or copied: {error.strerror}", file=path) from None
 
 
 def _closed(file: Any) -> None:
@@ -215,7 +225,8 @@ def _closed(file: Any) -> None:
         file.close()
 
 
-def _is_unfinalised(path: Path) -> bool:
+def is_unfinalised(path: Path) -> bool:
+    """Return whether a recording broke off before its file was finalised."""
     try:
         with path.open("rb") as stream:
             return stream.read(8).startswith(b"UnFinMF")

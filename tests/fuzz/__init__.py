@@ -1,0 +1,4 @@
+"""Fuzzing of everything that reads what others wrote: files, frames, requests (docs/robustness-tests.md).
+
+`catalogue` lists the targets, `mutators` make inputs from samples, `running` judges how each input ends.
+"""
