@@ -16,7 +16,7 @@ _MINUS = "−"
 _NUMBER = "[−+]?[0-9][0-9\u202f]*(?:[.,][0-9]+)?"
 _UNIT = r"(?:kN/mm|mm/s|km/h|kN|mm|°C|K|Hz|kJ|J|kg|ms|min|s|h|t)\b"
 _NAMED = (
-    r"EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|\b[kwν] =|"
+    r"EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|\b[kwν] =|\bE_n|"
     r"Lauf|Läufen?|Zyklus|Zyklen|Bild|"
     r"[Bb]ěh[yu]?|[Cc]ykl(?:us|u|y|ů|ech)|[Oo]br\.|[Ee]ssais?|figure"
 )

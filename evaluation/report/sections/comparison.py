@@ -250,9 +250,7 @@ def _steps(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table:
                 Cell(str(condition.number), "number"),
                 Cell(condition.words),
                 *(
-                    Cell(DASH, "missing", _NOT_RUN)
-                    if run is None
-                    else Cell(run.label, "number")
+                    Cell(DASH, "missing", _NOT_RUN) if run is None else Cell(run.label, "number")
                     for run in condition.runs
                 ),
                 *(_temperature_cell(run) for run in condition.runs),
