@@ -46,4 +46,5 @@ def changes_plot(series: Sequence[ChangeSeries], steps: int) -> Plot:
         x_range=(0.5, steps + 0.5),
         y_range=(low - margin, high + margin),
         height_mm=78.0,
+        whole_x=True,
     )

@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 from matplotlib.transforms import blended_transform_factory
 
 from bufferstand.evaluation.figures import style
@@ -144,6 +144,8 @@ def _paint(axes: Axes, plot: Plot, language: Language) -> list[Handle]:
         handles += _window_legend(plot.windows, plot.windows_of, language)
     if plot.x_range is not None:
         axes.set_xlim(*plot.x_range)
+    if plot.whole_x:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if plot.y_range is not None:
         axes.set_ylim(*plot.y_range)
     return handles

@@ -112,6 +112,8 @@ class Plot:
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
     height_mm: float = field(default=95.0)
+    whole_x: bool = field(default=False, metadata={"said": False})
+    """Whether x is a number of something: its axis has whole numbers only."""
     below: Plot | None = None
     """A further panel under this one, over the same x axis."""
 
@@ -133,5 +135,6 @@ def _plain(value: object) -> object:
     if isinstance(value, tuple):
         return [_plain(part) for part in value]
     if hasattr(value, "__dataclass_fields__"):
-        return {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        parts = value.__dataclass_fields__.values()
+        return {one.name: _plain(getattr(value, one.name)) for one in parts if one.metadata.get("said", True)}
     return value

@@ -372,7 +372,7 @@ def _table(table: Table) -> dict[str, Any]:
 
 def _is_numeric(table: Table, number: int) -> bool:
     """Say whether a column holds numbers, so that its heading stands over them."""
-    tones = {row[number].tone for row in table.rows}
+    tones = {row[number].tone for row in table.rows if row[number].text}
     return "number" in tones and tones <= {"number", "missing"}
 
 

@@ -16,15 +16,16 @@ _MINUS = "−"
 _NUMBER = "[−+]?[0-9][0-9\u202f]*(?:[.,][0-9]+)?"
 _UNIT = r"(?:kN/mm|mm/s|km/h|kN|mm|°C|K|Hz|kJ|J|kg|ms|min|s|h|t)\b"
 _NAMED = (
-    r"EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|k =|ν =|"
+    r"EN|ISO|§|[Rr]uns?|[Cc]ycles?|Figure|Table|\b[kwν] =|\bE_n|"
     r"Lauf|Läufen?|Zyklus|Zyklen|Bild|"
     r"[Bb]ěh[yu]?|[Cc]ykl(?:us|u|y|ů|ech)|[Oo]br\.|[Ee]ssais?|figure"
 )
 """Words that a number belongs to, in the languages of a report."""
 UNBROKEN = (
     rf"(?:{_NAMED}) {_NUMBER}|"
-    r"--[a-z][a-z-]*|"
-    rf"{_NUMBER}(?: [±…] {_NUMBER})+(?: {_UNIT}| %)?|{_NUMBER}(?: {_UNIT}| %)"
+    r"--[a-z][a-z-]*|± U\b|U = k u\b|"
+    rf"{_NUMBER}(?: [±…] {_NUMBER})+(?: {_UNIT}| %)?|"
+    rf"[≤≥<>] {_NUMBER}(?: {_UNIT}| %)?|{_NUMBER}(?: {_UNIT}| %)"
 )
 """What no line is broken in: a number with its uncertainty and unit, an option; kept by both renderers."""
 

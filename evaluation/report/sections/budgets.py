@@ -178,7 +178,8 @@ def _total(title: str, budgets: Sequence[Mapping[str, Any]], key: str) -> tuple[
     for budget in budgets:
         u, dof = usable(budget.get(key)), usable(budget["degrees_of_freedom"])
         limited = dof is not None and dof < _AS_GOOD_AS_INFINITE and key == "standard_uncertainty"
-        cells.append(Cell(said("ν {dof}", dof=numeral(f"{dof:.0f}")) if limited else ""))
+        told = said("ν {dof}", dof=numeral(f"{dof:.0f}")) if limited else ""
+        cells.append(Cell(told, "number" if limited else "text"))
         cells.append(Cell(DASH, "missing", _NOT_DRAWN) if u is None else _percent(u, budget["value"]))
     return tuple(cells)
 

@@ -60,6 +60,7 @@ _METHOD = said(
 _NO_STEP_SHARED = said("No step was run on more than one of them: nothing can be compared.")
 _NOTHING_COMPARED = said("The steps that they share have no result in common: nothing can be compared.")
 _NO_U = said("the record of one of them states no accuracy")
+_NOT_RUN = said("this step was not run on it")
 _NOT_HAD = said("not to be had from the run")
 
 
@@ -249,9 +250,7 @@ def _steps(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table:
                 Cell(str(condition.number), "number"),
                 Cell(condition.words),
                 *(
-                    Cell(DASH, "missing", said("this step was not run on it"))
-                    if run is None
-                    else Cell(run.label, "number")
+                    Cell(DASH, "missing", _NOT_RUN) if run is None else Cell(run.label, "number")
                     for run in condition.runs
                 ),
                 *(_temperature_cell(run) for run in condition.runs),
@@ -273,6 +272,8 @@ def start_C(run: ReportRun | None) -> float | None:  # noqa: N802 - the unit's o
 
 
 def _temperature_cell(run: ReportRun | None) -> Cell:
+    if run is None:
+        return Cell(DASH, "missing", _NOT_RUN)
     value = start_C(run)
     return (
         Cell(DASH, "missing", said("no temperature on record"))
