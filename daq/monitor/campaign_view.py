@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from bufferstand.daq.monitor.time_zone import laboratory_zone
 from bufferstand.daq.operator import NOTES_NAME, read_notes
@@ -112,6 +114,26 @@ class FolderWatch:
         return True
 
 
+_Given = ParamSpec("_Given")
+_Shown = TypeVar("_Shown")
+
+
+def _reading_plan(section: Callable[_Given, _Shown]) -> Callable[_Given, _Shown]:
+    """Let a section of a plan that is not as bufferstand writes it end in one message."""
+
+    @wraps(section)
+    def read(*given: _Given.args, **named: _Given.kwargs) -> _Shown:
+        try:
+            return section(*given, **named)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+            raise BadInput(
+                "campaign.json: its plan is not as bufferstand writes it; put back a copy of the file"
+            ) from None
+
+    return read
+
+
+@_reading_plan
 def campaign_section(record: CampaignRecord, folder: Path) -> dict[str, Any]:
     """Return what stands at the head of the page."""
     plan = record.plan
@@ -136,6 +158,7 @@ def campaign_section(record: CampaignRecord, folder: Path) -> dict[str, Any]:
     }
 
 
+@_reading_plan
 def windows_section(record: CampaignRecord) -> list[dict[str, Any]]:
     """Return the force windows that a static test of this specimen is judged by, at their strokes.
 
@@ -190,6 +213,7 @@ def _limit(plan: dict[str, Any], name: str) -> float | None:
     return float(value) if value is not None else None
 
 
+@_reading_plan
 def steps_section(record: CampaignRecord) -> list[dict[str, Any]]:
     """Return the list of steps with their states."""
     shown = []

@@ -128,11 +128,14 @@ class Follower:
         if self._record is None or self._record.campaign_file != news.record.campaign_file:
             self._heat = await asyncio.to_thread(_heat_of, self._folder, news.record.campaign_file)
         self._record = news.record
-        self._view.put("campaign", campaign_section(news.record, self._folder))
-        self._view.put("steps", steps_section(news.record))
         if news.zone is not None:
             self._view.put("zone", news.zone)
-        self._view.put("windows", await asyncio.to_thread(windows_section, news.record))
+        try:
+            self._view.put("campaign", campaign_section(news.record, self._folder))
+            self._view.put("steps", steps_section(news.record))
+            self._view.put("windows", await asyncio.to_thread(windows_section, news.record))
+        except BadInput as error:
+            self._view.put("problem", str(error))
 
     async def _evaluate(self) -> None:
         """Have the runs evaluated by another process, and show each as soon as it is done."""

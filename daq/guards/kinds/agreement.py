@@ -135,15 +135,14 @@ def evaluate_agreement(
         math.floor((int(at_us) / 1e6 + offset_s) / guard.window_s)
         for at_us in (block.time_us[0], block.time_us[-1])
     )
-    number = None
+    number, windows = None, [first]
     if first != last:  # most blocks lie in one window
         number = np.floor((block.time_us / 1e6 + offset_s) / guard.window_s).astype(np.int64)
+        windows = np.unique(number).tolist()  # time stamps of a damaged journal may be years apart
     for signal in there:
         mine = dict(memory.sums[signal])
-        for window in range(first, last + 1):  # time never steps back within a block
+        for window in windows:
             inside = block.values[signal] if number is None else block.values[signal][number == window]
-            if not inside.size:
-                continue
             before = mine.get(window, WindowSum())
             mine[window] = WindowSum(before.total + float(inside.sum()), before.count + len(inside))
         newest = dict(sorted(mine.items())[-WINDOWS_KEPT:])

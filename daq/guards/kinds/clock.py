@@ -60,8 +60,8 @@ class DeviceClockGuard(Guard[DeviceClockMemory]):
         controller = beside.guard(ControllerGuard)
         if not isinstance(sight, Samples) or sight.block.stream != CONTROLLER_STREAM:
             return memory, None
-        if controller is None or not controller.own_clock:
-            return memory, None
+        if controller is None or not controller.own_clock or controller.rate_Hz <= 0.0:
+            return memory, None  # a journal may state no rate: then nothing can be counted
         return evaluate_device_clock(memory, sight.block, controller.rate_Hz)
 
     def margin(self, memory: DeviceClockMemory, beside: Beside) -> Margin:
