@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from bufferstand.foundation.how_called import (
         how_to_add,
         program,
+        with_same_imports,
     )
     from bufferstand.foundation.installed import (
         installed_kinds,
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     )
     from bufferstand.foundation.plain_text import (
         as_cell,
+        counted,
         has_controls,
         plain,
         plain_but_for_displays,
@@ -114,6 +116,7 @@ __all__ = [
     "bind_for_oneself",
     "connected",
     "conversion",
+    "counted",
     "curve_problem",
     "duration_text",
     "exchange",
@@ -128,6 +131,7 @@ __all__ = [
     "short_address",
     "steady_s",
     "to_inside",
+    "with_same_imports",
 ]
 
 __getattr__, __dir__ = loaded_when_used(__name__, __file__)

@@ -47,3 +47,11 @@ def _as_typed(path: Path) -> str:
     """Return a path from the present folder where it lies below it."""
     here = Path.cwd()
     return str(path.relative_to(here)) if path.is_relative_to(here) else str(path)
+
+
+def with_same_imports() -> dict[str, str]:
+    """Return this process's environment, for one of its own that imports the same from the same places.
+
+    It may run from a folder or an archive that only its ``sys.path`` names.
+    """
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}

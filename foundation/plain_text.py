@@ -38,3 +38,8 @@ def as_cell(text: str) -> str:
 def has_controls(text: str) -> bool:
     """Return whether a text has characters that :func:`plain` writes out, a carriage return aside."""
     return _CONTROLS.search(text.replace("\r", "")) is not None
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun in English: ``1 cycle``, ``2 cycles``."""
+    return f"{count} {noun}{'s' * (count != 1)}"

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from bufferstand.daq.warm_up import WarmUpOutcome
-from bufferstand.foundation import BadInput, duration_text
+from bufferstand.foundation import BadInput, counted, duration_text
 from bufferstand.foundation.files import json_lines, typed
 from bufferstand.protocols.prediction import Observation
 from bufferstand.recording.runfile import Run, open_run
@@ -215,7 +215,7 @@ def replaced_sentence(rows: Sequence[AsRun], kept: Sequence[AsRun]) -> str:
     if not gone:
         return ""
     took = duration_text(sum(row.duration_s for row in gone))
-    return f"without {steps} step{'s' * (steps != 1)} that edits have replaced ({took})"
+    return f"without {counted(steps, 'step')} that edits have replaced ({took})"
 
 
 def report_rows(rows: Sequence[AsRun]) -> list[tuple[str, ...]]:

@@ -17,7 +17,7 @@ from starlette.routing import Route
 from bufferstand.daq.desk.commands import Commands
 from bufferstand.daq.desk.folder import Folder
 from bufferstand.daq.monitor import Access, Rights, is_loopback, posted_object, static_files
-from bufferstand.foundation import BadInput, plain
+from bufferstand.foundation import BadInput, counted, plain
 
 MOST_BYTES = 512 * 1024
 """Of what a page sends: a campaign file, and its edits."""
@@ -87,6 +87,7 @@ class Desk:
         )
 
         self._pages.filters["local"] = local_time
+        self._pages.filters["counted"] = counted
 
     # --- who asks ------------------------------------------------------------------------------------
 

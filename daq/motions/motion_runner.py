@@ -28,6 +28,7 @@ from bufferstand.foundation import (
     StandStill,
     StaticCycles,
     WireLost,
+    counted,
 )
 from bufferstand.protocols.steps import (
     ForceCycles,
@@ -280,7 +281,7 @@ class MotionRunner:
                     done = self.cycles_done - self._cycles_before
                     acquisition.log.say(
                         "step",
-                        f"settled after {done} cycle{'s' * (done != 1)}: damping "
+                        f"settled after {counted(done, 'cycle')}: damping "
                         f"{watch.damping[-1]:.4f}, stiffness {watch.stiffness[-1]:.4f} kN/mm",
                     )
                     self._cyclic = None  # the hold counts no cycles, and would begin at none
@@ -288,7 +289,7 @@ class MotionRunner:
                     return
                 if self._device_s() - began_s > limit_s:
                     self._refuse("controller", f"the {motion.name} has not ended after {limit_s:.0f} s")
-            most = f"{motion.cycles} cycle{'s' * (motion.cycles != 1)}"
+            most = counted(motion.cycles, "cycle")
             acquisition.log.say("step", f"not settled after {most}, the most that were planned")
             self.obey()
         finally:

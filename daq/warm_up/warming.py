@@ -21,7 +21,7 @@ from bufferstand.daq.warm_up.sensor_trend import (
     SensorTrend,
     SensorTrends,
 )
-from bufferstand.foundation import Harmonic, StaticCycles
+from bufferstand.foundation import Harmonic, StaticCycles, counted
 from bufferstand.protocols.prediction import EVEN_LAGS, UNKNOWN_LAG_S, even_within_K, seen_too_late
 from bufferstand.protocols.steps import ForceCycles, Motion, PlannedStep, Warmth
 
@@ -236,7 +236,7 @@ class _Warming:
         done = self._driver.cycles_done
         if done >= (self._step.cycles or 0):
             self._driver.give_up(
-                "warm-up", f"not warm after {done} cycle{'s' * (done != 1)} (max_cycles): {self._said()}"
+                "warm-up", f"not warm after {counted(done, 'cycle')} (max_cycles): {self._said()}"
             )
 
     def _said(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bufferstand.foundation import duration_text
+from bufferstand.foundation import counted, duration_text
 from bufferstand.protocols.campaign_file.step_kinds import WarmUpStep
 from bufferstand.protocols.planning.heating import Walk
 from bufferstand.protocols.steps import Heating
@@ -100,7 +100,7 @@ def _duration_note(step: WarmUpStep, walk: Walk, *, knows_heat: bool) -> str:
     if sum(one.duration_s for one in walk.estimates) > step.timeout_s:
         return f"takes longer by the model than timeout_s = {step.timeout_s:g}"
     if walk.cycles > 0.0:
-        cycles = f"about {walk.cycles:.0f} cycle{'s' * (round(walk.cycles) != 1)}"
+        cycles = f"about {counted(round(walk.cycles), 'cycle')}"
         return (
             f"{cycles} and {duration_text(walk.expected_duration_s)} to {band}, by the "
             "model, with the rest in which the sensor becomes even with the spring"

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, with_same_imports
 from bufferstand.foundation.operating_system import ReaderBounds, nameless_file, read_at
 
 RESTORE = "restore the file from a copy"
@@ -153,10 +153,8 @@ class ReaderProcess:
         return self._process
 
     def _start(self) -> None:
-        # What this process imports from where, that one has to: it may run from a folder or an archive.
         environment = {
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+            **with_same_imports(),
             "HDF5_PLUGIN_PRELOAD": "::",  # no code from elsewhere for what a file says it is packed with
         }
         self._told = nameless_file()

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.desk.beginning import in_page_words
+from bufferstand.cli.beginning.answers import Answers
+from bufferstand.daq.desk.beginning import AS_PROPOSED, in_page_words
 from tests.desk.in_process import DeskInProcess
 from tests.desk.served import HACK, SAMPLES, laboratory
 
@@ -268,3 +269,10 @@ def test_a_twin_that_runs_faster_is_said_beside_what_is_found_of_it(tmp_path: Pa
         assert "The simulated twin runs at 5 times real time" in found.json["html"]
         assert it.act("/check/twin", {"stand": "stand.toml", "what": "end"}).json["was"] is True
         assert "selected" not in it.look("/check", {"stand": "stand.toml"}).text.split('value="5"')[1][:10]
+
+
+def test_the_words_left_out_of_a_shown_command_are_what_init_takes_without_them() -> None:
+    proposed = Answers()
+    for word in AS_PROPOSED:
+        option, _, value = word.removeprefix("--").partition("=")
+        assert str(getattr(proposed, option.replace("-", "_"))) == (value or "True"), word

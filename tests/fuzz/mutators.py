@@ -7,11 +7,13 @@ import re
 import struct
 from collections.abc import Callable, Sequence
 from random import Random
+from typing import TypeVar
 
 from tests.fuzz.target import Mutate
 from tests.hostile.documents import ODD, changed, places
 from tests.hostile.mutations import mutated
 
+Part = TypeVar("Part")
 NUMBER = re.compile(rb"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 TEXT = re.compile(rb'"[^"\n]*"')
 EXTREMES = (
@@ -144,6 +146,20 @@ def joined(parts: Sequence[bytes]) -> bytes:
     return b"".join(struct.pack("<I", len(part)) + part for part in parts)
 
 
+def change_one(parts: list[Part], one: Callable[[Part, Random], Part], pick: Random, kinds: int) -> None:
+    """Swap, double or drop a part, each once in so many kinds; else change it by ``one``."""
+    at, other = pick.randrange(len(parts)), pick.randrange(len(parts))
+    kind = pick.randrange(kinds)
+    if kind == 0:
+        parts[at], parts[other] = parts[other], parts[at]
+    elif kind == 1:
+        parts.insert(other, parts[at])
+    elif kind == 2 and len(parts) > 1:
+        del parts[at]
+    else:
+        parts[at] = one(parts[at], pick)
+
+
 def of_pieces(one: Mutate, most: int = 64) -> Mutate:
     """Return a mutator of samples of several pieces (frames, requests): swapped, doubled, lost or damaged.
 
@@ -158,16 +174,7 @@ def of_pieces(one: Mutate, most: int = 64) -> Mutate:
     def mutate(content: bytes, pick: Random) -> bytes:
         parts = pieces(content) or [b""]
         for _ in range(pick.randint(1, 3)):
-            at, other = pick.randrange(len(parts)), pick.randrange(len(parts))
-            kind = pick.randrange(8)
-            if kind == 0:
-                parts[at], parts[other] = parts[other], parts[at]
-            elif kind == 1:
-                parts.insert(other, parts[at])
-            elif kind == 2 and len(parts) > 1:
-                del parts[at]
-            else:
-                parts[at] = one(parts[at], pick)
+            change_one(parts, one, pick, kinds=8)
         return joined(parts[:most])
 
     return mutate

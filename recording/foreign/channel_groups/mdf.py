@@ -60,7 +60,7 @@ class MdfRecord:
         self.path = path
         self._findings: list[str] = []
         self._missing = reading.no_value_numbers
-        self._unfinalised = is_unfinalised(path)
+        self._unfinalised = _is_unfinalised(path)
         demand_survived(path)
         if self._unfinalised:
             self._findings.append("the file was not finalised: the recording may have been cut short")
@@ -209,7 +209,7 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def _stream(path: Path, stack: ExitStack) -> Any:
-    read, unfinalised = path, is_unfinalised(path)
+    read, unfinalised = path, _is_unfinalised(path)
     try:
         if unfinalised:
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="bufferstand-"))
@@ -225,8 +225,7 @@ def _closed(file: Any) -> None:
         file.close()
 
 
-def is_unfinalised(path: Path) -> bool:
-    """Return whether a recording broke off before its file was finalised."""
+def _is_unfinalised(path: Path) -> bool:
     try:
         with path.open("rb") as stream:
             return stream.read(8).startswith(b"UnFinMF")

@@ -6,12 +6,11 @@ fault, which no ``except`` hears.
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
-from bufferstand.foundation import BadInput
+from bufferstand.foundation import BadInput, with_same_imports
 
 LEAST_S = 120.0
 """So long it may take in any case, and a second more for so many bytes."""
@@ -32,7 +31,7 @@ def demand_survived(path: Path) -> None:
         longest_s = LEAST_S + path.stat().st_size / BYTES_PER_S
         tried = subprocess.run(
             [sys.executable, "-P", "-m", _MODULE, str(path.absolute())],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            env=with_same_imports(),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -34,7 +34,7 @@ from bufferstand.recording.sealing import verify, verify_journal
 from bufferstand.recording.sealing.seal_journal import seal
 from tests.bounds.files import Files, guards_of
 from tests.drivers.made_certificate import CHAIN, TRANSDUCER, certificate
-from tests.fuzz.mutators import either, of_json, of_json_lines, of_text
+from tests.fuzz.mutators import change_one, either, of_json, of_json_lines, of_text
 from tests.fuzz.target import Altered, Case, Mutate, Target
 from tests.fuzz.targets.from_files import SAMPLES, contents, of_file
 from tests.hostile.documents import ODD, changed, places
@@ -74,19 +74,14 @@ def chained(content: bytes) -> bytes:
 
 def _of_frames(content: bytes, pick: Random) -> bytes:
     """Swap, double, drop or change whole frames; their check sums are made anew behind."""
-    frames = frames_of(content)
-    at, other = pick.randrange(len(frames)), pick.randrange(len(frames))
-    kind = pick.randrange(6)
-    if kind == 0:
-        frames[at], frames[other] = frames[other], frames[at]
-    elif kind == 1:
-        frames.insert(other, frames[at])
-    elif kind == 2:
-        del frames[at]
-    else:
-        head, payload = frames[at]
+
+    def of_frame(frame: tuple[bytes, bytes], pick: Random) -> tuple[bytes, bytes]:
+        head, payload = frame
         mutate = of_json if payload[:1] == b"{" else mutated
-        frames[at] = head, mutate(payload, pick)
+        return head, mutate(payload, pick)
+
+    frames = frames_of(content)
+    change_one(frames, of_frame, pick, kinds=6)
     made = b"".join(MAGIC + bytes(4) + head + payload for head, payload in frames)
     return chained(made)
 
