@@ -36,7 +36,7 @@ class Tab:
             "console",
             lambda said: self.complaints.append(said.text) if said.type in ("error", "warning") else None,
         )
-        self.tab.goto(url)
+        self.go(url)
 
     def __enter__(self) -> Tab:
         return self
@@ -45,8 +45,16 @@ class Tab:
         self.context.close()
 
     def go(self, url: str) -> None:
-        """Open an address."""
+        """Open an address; with a token behind its #, wait until this has become a session.
+
+        The page loads itself again then: whatever looked at the first one would lose it.
+        """
         self.tab.goto(url)
+        if "#" in url:
+            self.wait(
+                "!location.hash && document.body !== null && "
+                "!document.body.innerText.includes('may only look on')"
+            )
 
     def wait(self, condition: str, patience_s: float = WAIT_S) -> None:
         """Ask until it is so (the page's own policy forbids what playwright's way would do in it)."""
@@ -75,10 +83,3 @@ class Tab:
     def width(self) -> int:
         """Return how wide the page is, with what is to be scrolled to."""
         return int(self.tab.evaluate("document.documentElement.scrollWidth"))
-
-
-def entered(it: Tab) -> None:
-    """Wait until the link's token has become a session, and the page has come again with it."""
-    it.wait(
-        "!location.hash && document.body !== null && !document.body.innerText.includes('may only look on')"
-    )

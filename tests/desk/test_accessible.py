@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.desk.served import Served, laboratory, served
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.monitor.browser import chromium
 
 AXE = Path(__file__).resolve().parents[2] / ".venv" / "axe" / "package" / "axe.min.js"
@@ -60,7 +60,6 @@ def test_axe_finds_no_fault(browser: Any, desk: Served, size: Any, scheme: str) 
     if not AXE.exists():
         pytest.skip("NOT CHECKED FROM OUTSIDE: axe-core is not there; bash .ci/peers gets it from npm")
     with Tab(browser, desk.link, bypass_csp=True, color_scheme=scheme, **size) as it:
-        entered(it)
         for path, text in PAGES.items():
             it.go(f"{desk.origin}{path}")
             it.says(text)
@@ -72,7 +71,6 @@ def test_axe_finds_no_fault(browser: Any, desk: Served, size: Any, scheme: str) 
 
 def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser: Any, desk: Served) -> None:
     with Tab(browser, desk.link, **WIDE) as it:
-        entered(it)
         it.go(f"{desk.origin}/start?campaign=demo.toml")
         it.says("Peak force")
         it.tab.keyboard.press("Tab")
@@ -95,7 +93,6 @@ def test_every_field_has_a_name_and_every_picture_words(browser: Any, desk: Serv
         (one) => !(one.labels?.length || one.getAttribute("aria-label") || one.alt || one.textContent.trim()))
         .map((one) => one.outerHTML.slice(0, 120))"""
     with Tab(browser, desk.link) as it:
-        entered(it)
         for path, text in PAGES.items():
             it.go(f"{desk.origin}{path}")
             it.says(text)

@@ -23,7 +23,7 @@ from bufferstand.foundation.specimen.file import Specimen
 from bufferstand.recording.finding import RunFileFacts, facts_of
 from tests.daq.test_runner import Case
 from tests.desk.served import HACK, SAMPLES, Served, served
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.monitor.browser import chromium
 
 ROOT = Path("/archive")
@@ -175,7 +175,6 @@ def test_what_is_no_run_of_the_folder_is_not_opened(desk: Served, path: str) -> 
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_runs_are_found_opened_and_taken_to_their_results(desk: Served, size: Any) -> None:
     with chromium() as browser, Tab(browser, desk.link, **size) as it:
-        entered(it)
         it.go(f"{desk.origin}/archive")
         it.wait("document.body.dataset.found === '8'")
         assert it.width() == size["viewport"]["width"], "no scrolling sideways"
@@ -204,7 +203,6 @@ def test_runs_are_found_opened_and_taken_to_their_results(desk: Served, size: An
 @pytest.mark.slow
 def test_script_in_a_specimens_name_is_shown_as_text_and_never_run(desk: Served) -> None:
     with chromium() as browser, Tab(browser, desk.link) as it:
-        entered(it)
         it.go(f"{desk.origin}/archive?words=cmd")
         it.says("<img src=x onerror")
         it.tab.click("#archive tbody a")

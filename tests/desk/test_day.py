@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests.desk.served import Served, served
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.evaluation_report.keys import PASSWORD, make
 from tests.monitor.browser import chromium
 
@@ -77,7 +77,6 @@ def free_port() -> int:
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
     with served(tmp_path) as desk, Technician(browser, desk.link, **size) as it:
-        entered(it)
         make(tmp_path)
         it.go(f"{desk.origin}/new")
         it.fill(stand="hall-2", specimen="B-77", port=str(free_port()), certificate_force="K-17")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from tests.desk.served import HACK, laboratory, served
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.monitor.browser import chromium
 
 
@@ -23,7 +23,6 @@ def browser() -> Iterator[Any]:
 def test_the_folder_is_shown_and_nothing_foreign_asked_for(browser: Any, tmp_path: Path, size: Any) -> None:
     laboratory(tmp_path)
     with served(tmp_path) as desk, Tab(browser, desk.link, **size) as it:
-        entered(it)
         for name in ("demo", "en15551-static", "simulated-630kN", "A-105-E-01"):
             it.says(name)
         assert desk.token not in it.tab.url, "the token does not stay in the address"
@@ -49,7 +48,6 @@ def test_the_link_to_work_opens_where_the_page_is_shown_already(browser: Any, tm
     with served(tmp_path) as desk, Tab(browser, f"{desk.origin}/") as it:
         it.says("may only look on")
         it.go(desk.link)  # only what is behind the # is other: the browser loads nothing by itself
-        entered(it)
         assert desk.token not in it.tab.url
         assert it.complaints == []
 
@@ -58,7 +56,6 @@ def test_a_wrong_value_of_the_first_files_is_marked_and_a_mended_one_is_written(
     browser: Any, tmp_path: Path
 ) -> None:
     with served(tmp_path) as desk, Tab(browser, desk.link) as it:
-        entered(it)
         it.go(f"{desk.origin}/new")
         it.tab.fill("#max-stroke", "85")
         it.tab.press("#max-stroke", "Tab")

@@ -13,7 +13,7 @@ from urllib.parse import urlencode
 import pytest
 
 from tests.desk.served import SAMPLES, Served, laboratory, served
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.monitor.browser import chromium
 
 PICTURES = os.environ.get("BUFFERSTAND_PICTURES")
@@ -64,7 +64,6 @@ def browser() -> Iterator[Any]:
 def test_nothing_scrolls_sideways_but_wide_tables_in_their_box(browser: Any, desk: Served, size: Any) -> None:
     wide = size["viewport"]["width"]
     with Tab(browser, desk.link, **size) as it:
-        entered(it)
         for number, (path, text) in enumerate(PAGES.items()):
             it.go(f"{desk.origin}{path}")
             it.says(text)
@@ -85,7 +84,6 @@ def test_nothing_scrolls_sideways_but_wide_tables_in_their_box(browser: Any, des
 
 def test_on_a_phone_a_verdict_is_seen_without_scrolling_sideways(browser: Any, desk: Served) -> None:
     with Tab(browser, desk.link, **PHONE) as it:
-        entered(it)
         it.go(f"{desk.origin}/results?{urlencode({'run': STATIC})}")
         it.says("not-tested")
         places = it.tab.evaluate(
@@ -106,7 +104,6 @@ def test_steps_are_moved_by_keyboard_and_nothing_is_lost(browser: Any, desk: Ser
     before = (desk.folder / "demo.toml").read_text()
     steps = tomllib.loads(before)["step"]
     with Tab(browser, desk.link, **WIDE) as it:
-        entered(it)
         it.go(f"{desk.origin}/prepare?campaign=demo.toml")
         it.says("Peak force")
         it.tab.evaluate("document.querySelector('#g-step-0 [data-move=\"1\"]').focus()")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.desk.served import HACK, Served, laboratory, served
-from tests.desk.tab import WIDE, Tab, entered
+from tests.desk.tab import WIDE, Tab
 from tests.monitor.browser import chromium
 
 
@@ -139,7 +139,6 @@ EDITS = """(texts) => { const field = document.getElementById("text");
 
 def test_edits_in_a_row_make_one_plan_and_a_text_that_is_planned_already_none(desk: Served) -> None:
     with chromium() as browser, Tab(browser, desk.link, **WIDE) as it:
-        entered(it)
         it.go(f"{desk.origin}/prepare?campaign=demo.toml")
         it.says("Peak force")
         text = it.tab.input_value("#text")

@@ -15,7 +15,7 @@ import pytest
 
 from tests.cli.processes import bufferstand
 from tests.desk.served import SAMPLES, Served, served, until
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.evaluation_report.keys import PASSWORD, make
 from tests.monitor.browser import chromium
 
@@ -181,7 +181,6 @@ def test_it_is_shown_and_runs_nothing(desk: Served) -> None:
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_the_one_who_signs_does_it_in_the_browser(desk: Served, size: Any) -> None:
     with chromium() as browser, Tab(browser, desk.link, **size) as it:
-        entered(it)
         it.go(f"{desk.origin}/results?{urlencode({'run': HARMONIC})}")
         it.wait("document.getElementById('results')?.hidden === false")
         assert it.tab.evaluate(

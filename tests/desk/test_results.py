@@ -19,7 +19,7 @@ from bufferstand.evaluation.document import evaluate_entry
 from bufferstand.foundation import BadInput
 from bufferstand.model import load_model
 from tests.desk.served import SAMPLES, Served, served
-from tests.desk.tab import PHONE, WIDE, Tab, entered
+from tests.desk.tab import PHONE, WIDE, Tab
 from tests.monitor.browser import chromium
 
 STATIC = "old/001-static-5mm_s.h5"
@@ -203,7 +203,6 @@ def test_whoever_may_only_look_evaluates_with_no_other_settings_and_a_foreign_pa
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_an_engineer_judges_in_the_browser(desk: Served, size: Any) -> None:
     with chromium() as browser, Tab(browser, desk.link, **size) as it:
-        entered(it)
         it.go(f"{desk.origin}/results?folder=old")
         patiently(it, "document.getElementById('results')?.hidden === false")
         patiently(it, "document.querySelector('#loops canvas') !== null")
