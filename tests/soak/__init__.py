@@ -1,0 +1,1 @@
+"""Long runs: does anything grow that ought not to? ``python -m tests.soak virtual | real``."""
