@@ -28,9 +28,10 @@ def main(words: list[str] | None = None) -> int:
     def tell(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
 
+    faults: list[str] = []
     try:
         if asked.of == "virtual":
-            limits, faults = virtual.LIMITS, []
+            limits = virtual.LIMITS
             curves = virtual.campaigns(asked.campaign, asked.hours or VIRTUAL_H, tell, save)
         else:
             limits = real.LIMITS
