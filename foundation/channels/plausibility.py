@@ -93,9 +93,12 @@ class PlausibilityWatch:
         assert channel.plausible is not None
         assert channel.plausible.counts is not None
         low, high = channel.plausible.counts
-        side = f"≤ {low:.0f}" if raw <= low else f"≥ {high:.0f}"
+        form = ".0f" if channel.raw_unit == "counts" else ".5g"
+        side = f"≤ {low:{form}}" if raw <= low else f"≥ {high:{form}}"
         look = _BROKEN.get(channel.quantity, "look at the transducer and its cable")
-        return f"{channel.name} reads {raw:.0f} counts ({side}), an end of its converter: {look}"
+        return (
+            f"{channel.name} reads {raw:{form}} {channel.raw_unit} ({side}), an end of its converter: {look}"
+        )
 
     def _overloaded(self, value: float) -> str:
         channel = self._channel

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -26,6 +26,12 @@ def _as_tuple(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
+class VoltChannel(Channel):
+    """A channel that is delivered in volts: its calibration has coefficients in its unit per volt."""
+
+    raw_unit: ClassVar[str] = "V"
+
+
 class LabJackInput(Settings):
     """An analog input and what is measured with it."""
 
@@ -35,7 +41,7 @@ class LabJackInput(Settings):
     """Measured against the next input (AIN1 of AIN0) instead of ground. The T8's inputs are so always."""
     range_V: Annotated[float, Field(gt=0, le=11)] = 10.0
     """Range in volts, plus and minus."""
-    channel: Channel
+    channel: VoltChannel
     """Its calibration takes volts: coefficients in the channel's unit per volt."""
 
     @model_validator(mode="after")
