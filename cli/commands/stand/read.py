@@ -34,7 +34,7 @@ _LEFT = (0, 5, 8)
     help="So long, a table a second; with --once or --json: over which it is averaged.",
 )
 def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> int:
-    """Show every channel live: mean and noise, in counts and in its unit, and how old it is.
+    """Show every channel live: mean and noise, in counts or V as delivered and in its unit, and its age.
 
     Nothing is moved or set. In a terminal it goes on until Ctrl-C. “From zero” is the value from the zero
     that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds is named, and so
