@@ -196,7 +196,7 @@ class StandReader:
                 0,
                 *(None,) * 5,
                 age_s,
-                channel.raw_unit,
+                facts.raw_unit(channel.name),
             )
         value = channel.calibration.apply(raw)
         mean = float(np.mean(value))
@@ -213,5 +213,5 @@ class StandReader:
             float(np.std(raw)),
             None if found is None else mean - found.value,
             age_s,
-            channel.raw_unit,
+            facts.raw_unit(channel.name),
         )

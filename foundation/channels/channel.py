@@ -6,7 +6,7 @@ The same facts scale a reading in the acquisition loop and, years later, the raw
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
@@ -104,9 +104,6 @@ class Channel(Settings):
     The time at which a value was true is its device time stamp minus ``delay_s`` (filter, conversion),
     which is measured for each channel.
     """
-
-    raw_unit: ClassVar[str] = "counts"
-    """Unit in which the device delivers it, and its calibration takes it."""
 
     name: str = Field(
         pattern=r"^[a-z][a-z0-9_]*$", description="small letters, digits and _, e.g. “stroke_1”"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -26,12 +26,6 @@ def _as_tuple(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-class VoltChannel(Channel):
-    """A channel that is delivered in volts: its calibration has coefficients in its unit per volt."""
-
-    raw_unit: ClassVar[str] = "V"
-
-
 class LabJackInput(Settings):
     """An analog input and what is measured with it."""
 
@@ -41,7 +35,7 @@ class LabJackInput(Settings):
     """Measured against the next input (AIN1 of AIN0) instead of ground. The T8's inputs are so always."""
     range_V: Annotated[float, Field(gt=0, le=11)] = 10.0
     """Range in volts, plus and minus."""
-    channel: VoltChannel
+    channel: Channel
     """Its calibration takes volts: coefficients in the channel's unit per volt."""
 
     @model_validator(mode="after")
@@ -110,6 +104,11 @@ class LabJackSettings(AcquisitionSettings):
     def ends(self) -> tuple[tuple[float, float], ...]:
         """Range of each input [V]."""
         return tuple((-one.range_V, one.range_V) for one in self.input)
+
+    @property
+    def raw_units(self) -> dict[str, str]:
+        """Volts, all of them."""
+        return {one.channel.name: "V" for one in self.input}
 
     @property
     def clock_is_readable(self) -> bool:
