@@ -218,6 +218,12 @@ class StreamFacts:
     readings: ReadingLimits | None = None
     clock_doubt_s: float = 0.0
     """By so much at most the clock that its status shows is off from that of its samples [s]."""
+    raw_units: Mapping[str, str] = field(default_factory=dict)
+    """Unit in which a channel is delivered, and its calibration takes it, where that is not counts."""
+
+    def raw_unit(self, channel: str) -> str:
+        """Return the unit in which a channel is delivered."""
+        return self.raw_units.get(channel, "counts")
 
 
 @dataclass(frozen=True)

@@ -26,18 +26,21 @@ from bufferstand.cli.beginning import (
     parse_coefficients,
 )
 from bufferstand.cli.options import FOLDER, FiniteRange
-from bufferstand.foundation import BadInput, ExitStatus, program
+from bufferstand.foundation import BadInput, ExitStatus, counted, program
 
-_NEXT = """{count} files in {folder}. Next:
-  {program} simulate-stand {stand}      in a second terminal: the stand's simulated twin
-  {program} check {stand}               reads every device once
-  {program} plan {campaign}             what the campaign would do
-  {program} desk {folder}               all of it in the browser"""
-_NEXT_RECORDED = """{count} files in {folder}. Next:
-  {program} simulate-stand {stand}      in a second terminal: its simulated twin, which moves by itself
-  {program} check {stand}               reads every device once
-  {program} record {stand} --out runs --specimen {campaign} --for 1min
-  {program} desk {folder}               results and reports in the browser"""
+_NEXT = (
+    ("simulate-stand {stand}", "in a second terminal: the stand's simulated twin"),
+    ("check {stand}", "reads every device once"),
+    ("plan {campaign}", "what the campaign would do"),
+    ("desk {folder}", "all of it in the browser"),
+)
+"""What comes next, and what it does."""
+_NEXT_RECORDED = (
+    ("simulate-stand {stand}", "in a second terminal: its simulated twin, which moves by itself"),
+    ("check {stand}", "reads every device once"),
+    ("record {stand} --out runs --specimen {campaign} --for 1min", ""),
+    ("desk {folder}", "results and reports in the browser"),
+)
 _DEFAULTS = Answers()
 
 
@@ -131,10 +134,14 @@ def command(
         raise BadInput("the questions were not answered: nothing was written", remedy="add --yes") from None
     written = write_first_files(folder, answers)
     where, stand, campaign = (quote(str(path)) for path in (folder, written[0], written[1]))
-    shown = _NEXT_RECORDED if answers.controller == NONE else _NEXT
-    click.echo(
-        shown.format(count=len(written), folder=where, stand=stand, campaign=campaign, program=program())
-    )
+    click.echo(f"{counted(len(written), 'file')} in {where}. Next:")
+    lines = [
+        (f"{program()} {words.format(folder=where, stand=stand, campaign=campaign)}", what)
+        for words, what in (_NEXT_RECORDED if answers.controller == NONE else _NEXT)
+    ]
+    width = max(len(words) for words, what in lines if what)
+    for words, what in lines:
+        click.echo(f"  {words:{width}}  {what}".rstrip())
     return ExitStatus.DONE
 
 

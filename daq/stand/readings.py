@@ -40,6 +40,8 @@ class ChannelReading:
         The value from the stored zero, where there is one.
     age_s : float or None
         How long ago the last sample was received [s].
+    raw_unit : str
+        What ``counts`` and ``noise_counts`` are: ``counts``, or ``V`` of a device that delivers volts.
     """
 
     stream: str
@@ -53,6 +55,7 @@ class ChannelReading:
     noise_counts: float | None
     from_zero: float | None
     age_s: float | None
+    raw_unit: str = "counts"
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON-ready data."""
@@ -186,7 +189,14 @@ class StandReader:
         raw = np.concatenate(parts).astype(np.float64) if parts else np.zeros(0)
         if not raw.size:
             return ChannelReading(
-                facts.name, channel.name, channel.unit, channel.place, 0, *(None,) * 5, age_s
+                facts.name,
+                channel.name,
+                channel.unit,
+                channel.place,
+                0,
+                *(None,) * 5,
+                age_s,
+                facts.raw_unit(channel.name),
             )
         value = channel.calibration.apply(raw)
         mean = float(np.mean(value))
@@ -203,4 +213,5 @@ class StandReader:
             float(np.std(raw)),
             None if found is None else mean - found.value,
             age_s,
+            facts.raw_unit(channel.name),
         )

@@ -69,6 +69,11 @@ class AcquisitionSettings(Settings):
         return ((-1e9, 1e9),) * len(self.channels)
 
     @property
+    def raw_units(self) -> dict[str, str]:
+        """Unit in which each channel is delivered, by its name; counts where none is said."""
+        return {}
+
+    @property
     def clock_is_readable(self) -> bool:
         """Whether its clock can be read beside its samples: without that it is for record-only mode."""
         return False

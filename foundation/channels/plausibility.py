@@ -54,10 +54,13 @@ class PlausibilityWatch:
     channel : Channel
         With its limits (:class:`bufferstand.foundation.channels.channel.Plausibility`); without any, nothing
         is found.
+    raw_unit : str
+        Unit in which the channel is delivered: ``V`` of a device that delivers volts.
     """
 
-    def __init__(self, channel: Channel) -> None:
+    def __init__(self, channel: Channel, raw_unit: str = "counts") -> None:
         self._channel = channel
+        self._raw_unit = raw_unit
         self._last: tuple[float, float] | None = None
 
     def look(
@@ -93,9 +96,10 @@ class PlausibilityWatch:
         assert channel.plausible is not None
         assert channel.plausible.counts is not None
         low, high = channel.plausible.counts
-        side = f"≤ {low:.0f}" if raw <= low else f"≥ {high:.0f}"
+        form = ".0f" if self._raw_unit == "counts" else ".5g"
+        side = f"≤ {low:{form}}" if raw <= low else f"≥ {high:{form}}"
         look = _BROKEN.get(channel.quantity, "look at the transducer and its cable")
-        return f"{channel.name} reads {raw:.0f} counts ({side}), an end of its converter: {look}"
+        return f"{channel.name} reads {raw:{form}} {self._raw_unit} ({side}), an end of its converter: {look}"
 
     def _overloaded(self, value: float) -> str:
         channel = self._channel

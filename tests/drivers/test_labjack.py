@@ -293,7 +293,7 @@ def test_a_saturated_input_is_said_once() -> None:
         heard.until(lambda heard: heard.rows >= 300)
     said = [text for text in heard.said if "pressure_0" in text]
     assert len(said) == 1
-    assert "an end of its converter" in said[0]
+    assert "pressure_0 reads 10.11 V (≥ 10.11), an end of its converter" in said[0]
 
 
 # --- parts --------------------------------------------------------------------------------------------

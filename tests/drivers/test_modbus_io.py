@@ -174,6 +174,12 @@ def test_a_stamp_is_the_middle_of_its_poll() -> None:
         assert block.received_s - block.time_us[0] / 1e6 >= 0.015
 
 
+def test_its_values_come_in_the_units_of_their_points(tmp_path: Path) -> None:
+    entry = on_line(tmp_path)
+    driver = KIND.driver(entry, InstrumentSite(tmp_path, WallClock(), "acquisition"))
+    assert driver.facts.raw_unit(entry.input[0].channel.name) == "kg"
+
+
 def test_how_far_stamps_are_off_is_part_of_a_stated_uncertainty() -> None:
     wanted = wago_entry(1, rate_Hz=20.0, stamp_within_s=0.006)
     channel = wanted.input[0].channel

@@ -89,6 +89,8 @@ def test_the_page_leads_from_init_to_a_report(tmp_path: Path) -> None:
     for channel in ("force", "stroke_1", "stroke_2", "force_2", "temperature_1"):
         assert channel in outcome["check"].stdout
         assert channel in outcome["stand"].stdout
+    assert re.search(r"(?m)^force +-?\d+\.\d{2,6} V ", outcome["stand"].stdout), "what calibrates it is volts"
+    assert "bufferstand report runs --out report" in outcome["record"].stdout, "it says what comes next"
     (path,) = (tmp_path / "runs").glob("*.h5")
     run = open_run(path)
     assert run.status == "complete"

@@ -6,12 +6,22 @@ import re
 import sys
 from datetime import UTC, datetime
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
 from bufferstand.cli.options import EXISTING, FILE, out_option, warn
-from bufferstand.foundation import BadInput, DeviceFault, ExitStatus, Kind, WallClock, duration_text
+from bufferstand.foundation import (
+    BadInput,
+    DeviceFault,
+    ExitStatus,
+    Kind,
+    WallClock,
+    counted,
+    duration_text,
+    program,
+)
 
 if TYPE_CHECKING:
     from bufferstand.daq.record_only import RecordingOutcome, RecordingProgress
@@ -83,6 +93,8 @@ def command(
         return ExitStatus.DONE
     outcome = _record(stand_file, out, specimen, kind, name, operator, for_s)
     _show_outcome(outcome)
+    where = quote(str(out))
+    click.echo(f"Next:\n  {program()} evaluate {where}\n  {program()} report {where} --out report", err=True)
     if outcome.status == "failed":
         return ExitStatus.DEVICE_FAULT
     return ExitStatus.STOPPED if outcome.status == "stopped" else ExitStatus.DONE
@@ -173,6 +185,6 @@ def _show_outcome(outcome: RecordingOutcome) -> None:
             text += f"; nothing in the last {duration_text(silent_s)}"
         click.echo(text, err=True)
     if progress.warnings:
-        click.echo(f"warned {progress.warnings} times; the run's events say of what", err=True)
+        click.echo(f"warned {counted(progress.warnings, 'time')}; the run's events say of what", err=True)
     why = f" ({outcome.reason})" if outcome.reason else ""
     click.echo(f"{outcome.status}{why}: {duration_text(progress.lasted_s)} -> {outcome.path}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,7 +34,7 @@ _LEFT = (0, 5, 8)
     help="So long, a table a second; with --once or --json: over which it is averaged.",
 )
 def command(stand: Path, once: bool, as_json: bool, seconds: float | None) -> int:
-    """Show every channel live: mean and noise, in counts and in its unit, and how old it is.
+    """Show every channel live: mean and noise, in counts or V as delivered and in its unit, and its age.
 
     Nothing is moved or set. In a terminal it goes on until Ctrl-C. “From zero” is the value from the zero
     that “bufferstand stand zero” or “tare” has stored. A sensor that another program holds is named, and so
@@ -104,14 +105,24 @@ def _show(readings: Sequence[ChannelReading]) -> None:
         click.echo("  ".join(cells).rstrip())
 
 
+def _raw(one: ChannelReading) -> tuple[str, str]:
+    """Return mean and noise as delivered; of volts with as many digits as their noise leaves."""
+    if one.counts is None or one.noise_counts is None:
+        return "–", "–"
+    digits = 1
+    if one.raw_unit != "counts":
+        digits = min(6, max(1, 1 - math.floor(math.log10(max(one.noise_counts, 1e-5)))))
+    unit = "" if one.raw_unit == "counts" else f" {one.raw_unit}"
+    return f"{one.counts:.{digits}f}{unit}", f"{one.noise_counts:.{digits}f}"
+
+
 def _row(one: ChannelReading) -> tuple[str, ...]:
     def number(value: float | None, form: str) -> str:
         return "–" if value is None else format(value, form)
 
     return (
         one.name,
-        number(one.counts, ".1f"),
-        number(one.noise_counts, ".1f"),
+        *_raw(one),
         number(one.value, ".4f"),
         number(one.noise, ".4f"),
         one.unit,

@@ -47,7 +47,10 @@ class PlausibilityGuard:
         self._channels = {
             channel.name: channel for channel in facts.channels if channel.plausible is not None
         }
-        self._seen = {name: _Seen(PlausibilityWatch(channel), {}) for name, channel in self._channels.items()}
+        self._seen = {
+            name: _Seen(PlausibilityWatch(channel, facts.raw_unit(name)), {})
+            for name, channel in self._channels.items()
+        }
 
     def look(self, block: SampleBlock, scaled: ScaledBlock) -> list[Trip]:
         """Return what a block shows: a stop for a transducer that has failed, a note for a jump."""

@@ -64,7 +64,9 @@ class LabJackDriver:
     def __init__(self, settings: LabJackSettings, clock: Clock, stream: str) -> None:
         self._settings, self._clock = settings, clock
         device = f"LabJack {settings.model}"
-        self.facts = StreamFacts(stream, "device", settings.channels, settings.rate_Hz, device)
+        self.facts = StreamFacts(
+            stream, "device", settings.channels, settings.rate_Hz, device, raw_units=settings.raw_units
+        )
         link = ModbusLink(TcpWire(settings.host, settings.port), timeout_s=settings.timeout_s, name=stream)
         self._device = LabJack(link, settings, stream)
         self._mailbox = Mailbox(_MAILBOX)
@@ -136,7 +138,7 @@ class LabJackDriver:
         finally:
             self._tell_events()
         self._watches = [
-            PlausibilityWatch(with_saturation(channel, scale.ends))
+            PlausibilityWatch(with_saturation(channel, scale.ends), self.facts.raw_unit(channel.name))
             for channel, scale in zip(self.facts.channels, self._device.scales, strict=True)
         ]
         self._end.clear()

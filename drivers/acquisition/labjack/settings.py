@@ -106,6 +106,11 @@ class LabJackSettings(AcquisitionSettings):
         return tuple((-one.range_V, one.range_V) for one in self.input)
 
     @property
+    def raw_units(self) -> dict[str, str]:
+        """Volts, all of them."""
+        return {one.channel.name: "V" for one in self.input}
+
+    @property
     def clock_is_readable(self) -> bool:
         """Whether the documents say how fast CORE_TIMER runs: of the T7 they do."""
         return int(self.model[1:]) in TICKS_PER_S

@@ -69,7 +69,8 @@ class ModbusIoDriver:
         self._settings, self._description, self._points = settings, found, tuple(points)
         self._clock, self._link = clock, link
         device = f"{found.title}, description {found.id} edition {found.edition}"
-        self.facts = StreamFacts(stream, "host", settings.channels, settings.rate_Hz, device)
+        units = {one.channel.name: point.unit for one, point in zip(settings.input, points, strict=True)}
+        self.facts = StreamFacts(stream, "host", settings.channels, settings.rate_Hz, device, raw_units=units)
         self.identity = ""
         bounds = {"most_registers": found.most_registers, "bridge": found.bridge}
         self._value_reads, self._status_reads = scan_reads(self._points, **bounds)
@@ -78,7 +79,9 @@ class ModbusIoDriver:
         self._end = threading.Event()
         self._thread: threading.Thread | None = None
         self._claim: socket.socket | None = None
-        self._watches = [PlausibilityWatch(channel) for channel in self.facts.channels]
+        self._watches = [
+            PlausibilityWatch(channel, self.facts.raw_unit(channel.name)) for channel in self.facts.channels
+        ]
         self._wrong: set[str] = set()
         self._half_s: deque[float] = deque(maxlen=_TIMED)
         self._sequence = self._missed = 0

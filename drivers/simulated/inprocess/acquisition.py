@@ -50,7 +50,13 @@ class InProcessAcquisition:
         entry = simulated.entry
         what = f"simulated {entry.kind}, in process"
         self.facts = StreamFacts(
-            simulated.stream, "device", entry.channels, entry.rate_Hz, what, simulated=True
+            simulated.stream,
+            "device",
+            entry.channels,
+            entry.rate_Hz,
+            what,
+            simulated=True,
+            raw_units=entry.raw_units,
         )
 
     @property
