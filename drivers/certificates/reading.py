@@ -59,8 +59,9 @@ def read_certificate(path: Path) -> Certificate:
 def _demand_kind(root: ET.Element, path: Path) -> None:
     if root.tag != f"{{{DCC}}}{_ROOT}":
         space, _, name = root.tag.rpartition("}")
+        of = f" of “{space.lstrip('{')[:80]}”" if space else ""
         raise BadInput(
-            f"it begins with {name[:60]} of “{space.lstrip('{')[:80]}”, and not with {_ROOT} of “{DCC}”",
+            f"it begins with <{name[:60]}>{of}, and not with <{_ROOT}> of “{DCC}”",
             file=path,
             remedy="give a digital calibration certificate (DCC)",
         )

@@ -44,11 +44,13 @@ if TYPE_CHECKING:
         temperature_plot,
     )
     from bufferstand.evaluation.figures.trends import (
+        LEAST_FREEDOM,
         TrendSeries,
         trend_plot,
     )
 
 __all__ = [
+    "LEAST_FREEDOM",
     "STATIC_MM",
     "ChangeSeries",
     "Floats",

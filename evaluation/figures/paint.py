@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -27,7 +28,10 @@ if TYPE_CHECKING:
     Handle = Artist | ErrorbarContainer
 
 _LEGEND_ROW_MM = 4.6
-_LETTER_MM = 1.9
+_LEGEND_LETTER_MM, _HANDLE_MM, _MOST_COLUMNS = 1.6, 15.0, 4
+"""Width of a letter of the legend, and of what stands before an entry, with the space behind it."""
+_LETTER_MM, _SURE = 1.9, 0.6
+"""Width of a letter at an axis. A label is looked at where it may be longer than this share of its panel."""
 # A hundredth of a point is 0.004 mm on paper; matplotlib writes six decimals, which only make files large.
 _VERTEX = re.compile(r"([ML]) (-?\d+\.?\d*) (-?\d+\.?\d*) $", re.MULTILINE)
 _BALLAST = re.compile(r"<!DOCTYPE[^>]*>\s*|<metadata>.*?</metadata>\s*", re.DOTALL)
@@ -81,25 +85,43 @@ def _figure(plot: Plot, language: Language) -> Figure:
         if panel is not panels[-1]:
             axes.set_xlabel("")
         if language.code != "en":
-            _fit_label(axes, panel)
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_formatter(_Ticks(language))
     figure.align_ylabels()
     handles = list(by_label.values())
-    columns = _columns(list(by_label))
+    columns = legend_columns([len(label) for label in by_label])
     rows = -(-len(handles) // columns)
     height_mm = sum(heights) + _LEGEND_ROW_MM * rows
     figure.set_size_inches(style.WIDTH_MM * style.MM, height_mm * style.MM)
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+    _fit_labels(figure, list(zip(grid[:, 0], panels, strict=True)))
     return figure
 
 
-def _fit_label(axes: Axes, plot: Plot) -> None:
-    """Put the unit below what it is the unit of, where the label is longer than the axis."""
-    label = axes.get_ylabel()
-    if _LETTER_MM * len(label) > plot.height_mm:
-        axes.set_ylabel("\n[".join(label.rsplit(" [", 1)))
+def _fit_labels(figure: Figure, painted: Sequence[tuple[Axes, Plot]]) -> None:
+    """Break labels that are longer than their axis as it is laid out: before the unit, else in the middle."""
+    long = [axes for axes, plot in painted if _LETTER_MM * len(axes.get_ylabel()) > _SURE * plot.height_mm]
+    for breaks in (_before_unit, _in_the_middle):
+        if long:
+            figure.draw_without_rendering()
+        long = [axes for axes in long if axes.yaxis.label.get_window_extent().height > axes.bbox.height]
+        for axes in long:
+            axes.set_ylabel(breaks(axes.get_ylabel()))
+
+
+def _before_unit(label: str) -> str:
+    return "\n[".join(label.rsplit(" [", 1))
+
+
+def _in_the_middle(label: str) -> str:
+    """Return a label with a further break, at the space that is nearest to the middle of its first line."""
+    first, *_ = label.split("\n", maxsplit=1)
+    spaces = [at for at, sign in enumerate(first) if sign == " "]
+    if not spaces:
+        return label
+    at = min(spaces, key=lambda at: abs(2 * at - len(first)))
+    return f"{label[:at]}\n{label[at + 1 :]}"
 
 
 class _Ticks(ScalarFormatter):
@@ -118,12 +140,29 @@ def _rounded(vertex: re.Match[str]) -> str:
     return f"{vertex[1]} {round(float(vertex[2]), 2):g} {round(float(vertex[3]), 2):g} "
 
 
-def _columns(labels: list[str]) -> int:
-    """Return how many legend columns fit the width: about 1.6 mm a letter, 15 mm for the line."""
-    if not labels:
-        return 1
-    widest_mm = 1.6 * max(len(label) for label in labels) + 15.0
-    return max(1, min(4, len(labels), int(style.WIDTH_MM // widest_mm)))
+def legend_columns(lengths: Sequence[int]) -> int:
+    """Return in how many columns the entries of a legend stand, by the letters of each.
+
+    As few rows as fit the width, and of as few columns as these rows need. An entry never stands alone in
+    the last of two rows: then they stand below each other.
+    """
+    count, most = len(lengths), 1
+    for columns in range(2, min(_MOST_COLUMNS, count) + 1):
+        if sum(max(column) for column in _filled(lengths, columns)) * _LEGEND_LETTER_MM <= (
+            style.WIDTH_MM - columns * _HANDLE_MM
+        ):
+            most = columns
+    rows = -(-count // most) if count else 1
+    columns = -(-count // rows) if count else 1
+    return 1 if rows == 2 and count == 3 else max(1, columns)
+
+
+def _filled(lengths: Sequence[int], columns: int) -> list[Sequence[int]]:
+    """Return the entries of each column as matplotlib fills them: one by one, the first ones longer."""
+    rows, longer = divmod(len(lengths), columns)
+    sizes = [rows + (number < longer) for number in range(columns)]
+    ends = np.cumsum(sizes)
+    return [lengths[end - size : end] for end, size in zip(ends, sizes, strict=True)]
 
 
 def _paint(axes: Axes, plot: Plot, language: Language) -> list[Handle]:

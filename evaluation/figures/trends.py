@@ -10,8 +10,9 @@ import numpy as np
 from bufferstand.evaluation.figures.plot import Fit, Floats, Plot, Points
 from bufferstand.evaluation.wording import said
 
-LEAST_FREEDOM = 2
-"""A confidence band is drawn from so many degrees of freedom on: of three points it says nothing."""
+LEAST_FREEDOM = 3
+"""A confidence band is drawn from so many degrees of freedom on: with fewer, its width says more of
+Student's t (4.3 at two) than of the points."""
 FREQUENCY_LABEL = said("Frequency of loading [Hz]")
 
 
@@ -29,6 +30,8 @@ class TrendSeries:
         The fitted line, None where there is none.
     band : tuple of ndarray, shape (m,), optional
         Frequencies [Hz], lower and upper limit of the fit's confidence band.
+    confounded : bool
+        Something else varies along with the frequency: the line is no effect of it, and gets no band.
     """
 
     label: str
@@ -38,6 +41,7 @@ class TrendSeries:
     slope_per_Hz: float | None = None
     intercept: float | None = None
     band: tuple[Floats, Floats, Floats] | None = None
+    confounded: bool = False
     slope: str = ""
     """The slope ± U with its unit, as the legend says it; empty where its U is not known."""
 
@@ -75,9 +79,9 @@ def _fit(series: TrendSeries, tone: int) -> Fit | None:
     ends = np.array([np.min(series.frequency_Hz), np.max(series.frequency_Hz)])
     lower = upper = None
     x = ends
-    if series.band is not None and series.frequency_Hz.size - 2 >= LEAST_FREEDOM:
-        x, lower, upper = series.band
     freedom = series.frequency_Hz.size - 2
+    if series.band is not None and freedom >= LEAST_FREEDOM and not series.confounded:
+        x, lower, upper = series.band
     label = (
         said("linear fit, slope {slope}, ν = {freedom}", slope=series.slope, freedom=freedom)
         if series.slope

@@ -188,7 +188,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     noise = None if draws is None else _noise_of_samples(samples, found)
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty, noise)
     extremes = doubted(run_extremes(recorded, results, draws), spoiled)
-    warnings += extreme_warnings(extremes, warnings, drawn=draws is not None)
+    warnings += extreme_warnings(extremes, warnings, spoiled.findings, drawn=draws is not None)
     steps = [
         replace(one, extremes=doubted(step_extremes(recorded, one, results, draws), spoiled))
         for one in whole.steps

@@ -29,8 +29,12 @@ _GROUPED_FROM = 5
 _FACT = re.compile(r"\{(\w+)\}")
 _WORDS = re.compile(r"[A-Za-z]{2}")
 _BETWEEN = "; "
+_WRITTEN = frozenset({"section", "table"})
+"""Facts that look like numbers and are none."""
 _TOLD = frozenset({"why", "text"})
 """Facts that are texts of the evaluation themselves: without a translation of theirs there is none at all."""
+_FROM_TO = re.compile(r"(\d+) to (\d+)")
+_LIST = re.compile(r"\d+(?:(?:, | to )\d+)+")
 _THIN = "\u202f"
 
 
@@ -203,12 +207,21 @@ def _known(language: Language, text: str) -> str | None:
         facts = {}
         for name, fact in found.groupdict().items():
             said = language.say(fact)
-            if said == fact and name in _TOLD and _WORDS.search(fact):
+            if said == fact and (name in _TOLD or _BETWEEN in fact) and _WORDS.search(fact):
                 break
-            facts[name] = language.numeral(fact) if said == fact else said
+            facts[name] = _numbers(language, fact) if said == fact and name not in _WRITTEN else said
         else:
             return form.translation.format_map(facts)
     return None
+
+
+def _numbers(language: Language, fact: str) -> str:
+    """Return a fact with its numbers as a language writes them, and lists as ``1 to 3, 5`` in its words."""
+    if not _LIST.fullmatch(fact):
+        return language.numeral(fact)
+    return _FROM_TO.sub(
+        lambda ends: language.say(said("{first} to {last}", first=ends[1], last=ends[2])), fact
+    )
 
 
 @lru_cache

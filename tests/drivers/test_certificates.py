@@ -208,8 +208,8 @@ DEEP = "<dcc:x>" * 100 + "</dcc:x>" * 100
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        (certificate(CHAIN, space="https://ptb.de/dcc/"), "and not with digitalCalibrationCertificate"),
-        ("<html/>", "it begins with html of “”"),
+        (certificate(CHAIN, space="https://ptb.de/dcc/"), "and not with <digitalCalibrationCertificate>"),
+        ("<html/>", "it begins with <html>, and not with <digitalCalibrationCertificate> of"),
         (certificate(CHAIN, version="2.4.0"), "version “2.4.0” of the schema; known are 3.0 to 3.3"),
         (certificate(), "it has no table with quantities"),
         (certificate(CHAIN, CHAIN), "it has 2 tables: 1 Points; 2 Points"),

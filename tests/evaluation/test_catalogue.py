@@ -274,7 +274,7 @@ def test_a_further_quantity_is_one_file(further: Path) -> None:
     assert (
         f"| F_h | `{NAME}` | kN | mean distance of both branches: W_a over the range |  |" in found["symbols"]
     )
-    assert f"{HEADING} ± U" in found["report"]["What came out"]
+    assert f"{HEADING} ± U" in found["report"]["Results"]
     assert HEADING in found["report"]["Cycles: energy, damping and stiffness"]
     compared = [texts for title, texts in found["comparison"].items() if title.startswith("Step 1")]
     assert compared

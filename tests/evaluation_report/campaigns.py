@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from tests.evaluation_report.make_runs import (
 )
 
 Columns = tuple[Floats, Floats, Floats]
+Run = tuple[str, str, Columns, Mapping[str, Any]]
 PRELOAD_LOST_KN = 3.0
 ZERO_OFF_MM = 1.0
 RELAXES_KN = 12.0
@@ -80,11 +81,18 @@ def proof(cycles: int) -> Columns:
     return time, stroke + noise_mm, 4.0 * stroke + noise_kN
 
 
-def write_eventful_campaign(folder: Path) -> Path:
-    """Write a campaign below ``folder``: static, a hold, settling, proof loads, and static again."""
+def write_eventful_campaign(folder: Path, runs: Sequence[Run] = ()) -> Path:
+    """Write a campaign below ``folder``: static, a hold, settling, proof loads, static again; or ``runs``.
+
+    Parameters
+    ----------
+    folder : Path
+    runs : sequence of (str, str, (array, array, array), mapping), optional
+        Name and kind of a run, its time [s], stroke [mm] and force [kN], and what its step states.
+    """
     (folder / "runs").mkdir(parents=True)
     started = START
-    for index, (name, kind, columns, step) in enumerate(_RUNS, start=1):
+    for index, (name, kind, columns, step) in enumerate(runs or _RUNS, start=1):
         time, stroke, force = columns
         seconds = np.arange(0.0, time[-1] + 1.0)
         ended = started + timedelta(seconds=float(time[-1]))
@@ -111,7 +119,7 @@ def write_eventful_campaign(folder: Path) -> Path:
     return folder
 
 
-_RUNS: tuple[tuple[str, str, Columns, Mapping[str, Any]], ...] = (
+_RUNS: tuple[Run, ...] = (
     ("static-before", "static", static(15.0), {}),
     ("hold", "static", hold(), {"kind": "hold"}),
     ("settling", "harmonic", settling(), {}),

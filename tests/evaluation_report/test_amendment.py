@@ -65,7 +65,7 @@ def test_it_names_the_report_that_it_replaces_by_id_and_hash(sealed: SignedRepor
 def test_figures_that_are_others_are_listed(sealed: SignedReport, tmp_path: Path) -> None:
     content = amended(sealed.put(tmp_path, sealed.plain), replace(GIVEN.options, moving_mass_kg=900.0))
     _, texts = said(content)
-    assert texts[-1] == "Results, verdicts or runs are others: see Against the earlier evaluation."
+    assert texts[-1] == "Results, verdicts or runs are others: see Comparison with the earlier evaluation."
     (section,) = [one for one in content.sections if one.id == "reevaluation"]
     assert any("moving mass kg" in cell.text for cell in section.blocks[1].rows[0])  # type: ignore[union-attr]
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
 from dataclasses import replace
 
+import pypdfium2
 import pytest
 
 from bufferstand.evaluation.document.build import run_entry
@@ -70,6 +73,11 @@ def test_it_is_a_section_of_the_report(budgeted: ReportSource, source: ReportSou
     content = build_content(budgeted)
     assert "uncertainty-budget" in [s.id for s in content.sections]
     figures = tuple(draw(picture.plot) for picture in content.pictures())
-    assert "u(K_t)" in render_html(content, figures)
-    assert render_pdf(content, figures).startswith(b"%PDF")
+    html, pdf = render_html(content, figures), render_pdf(content, figures)
+    assert "u(K<sub>t</sub>)" in html
+    assert pdf.startswith(b"%PDF")
+    printed = "".join(page.get_textpage().get_text_range() for page in pypdfium2.PdfDocument(io.BytesIO(pdf)))
+    for symbol, words in (("W_s", "Stored energy"), ("K_t", "Tangent stiffness"), ("D", "Damping")):
+        assert f"{symbol.replace('_', '')}: {words}" in printed
+        assert symbol == "D" or symbol not in printed + re.sub(r"base64,[^\"]*", "", html)
     assert "uncertainty-budget" not in [s.id for s in build_content(source).sections]

@@ -245,12 +245,12 @@ def test_a_re_evaluation_names_what_moved_beyond_its_uncertainty(report: Made) -
     content = reevaluated(report, before)
     (notice, *_) = content.notices
     assert notice.startswith("Re-evaluation: 2 results are not what they were, 1 of them beyond")
-    rows = table_named(content, "Results that are others").rows
+    rows = table_named(content, "Changed results").rows
     assert [(row[0].text, row[1].text, row[-1].text) for row in rows] == [
         ("1", "damping", "◆ beyond U"),
         ("2", "damping", "within U"),
     ]
-    (verdict,) = table_named(content, "Verdicts that are others").rows
+    (verdict,) = table_named(content, "Changed verdicts").rows
     assert (verdict[3].text, verdict[4].text) == ("✗ fail", "✓ pass")
 
 
@@ -267,12 +267,12 @@ def test_a_model_is_shown_beside_the_runs_with_what_it_misses(tmp_path: Path) ->
     content = build_content(source)
     (section,) = [s for s in content.sections if s.id == "model"]
     assert section.title == "Model against measurement"
-    table = table_named(content, "Measured and by the model")
+    table = table_named(content, "Measurement and model")
     assert [column.title for column in table.columns[2:4]] == [
         "Damping compared, measured",
         "Damping compared, model",
     ]
-    assert "stand under What came out" in table.note  # which has another damping, of all samples
+    assert "stand under Results" in table.note  # which has another damping, of all samples
     rows = table.rows
     assert [row[0].text for row in rows] == ["1", "2", "3"]
     # make_runs.py's static loop returns at 0.55 of the loading force.

@@ -87,11 +87,11 @@ def tables(content: Content) -> list[Table]:
 
 def test_every_run_every_requirement_and_every_file_is_there(report: Made) -> None:
     by_title = {table.title: table for table in tables(report.detailed)}
-    for title in ("What was run", "What came out", "The steps"):
+    for title in ("Tests performed", "Results", "The steps"):
         assert [row[0].text for row in by_title[title].rows] == [str(n) for n in range(1, 12)]
     files = [row[0].text for row in by_title["Raw data"].rows]
     assert files == [*(str(n) for n in range(1, 12)), "—"], "the evaluation belongs to no single run"
-    ids = [row[1].text for row in by_title["What was run"].rows]
+    ids = [row[1].text for row in by_title["Tests performed"].rows]
     assert ids == [made.id for made in PAPER_LIKE]
     (static,) = [run for run in report.source.runs if run.kind == "static"]
     for conditions, title in ((False, "requirements on the specimen"), (True, "conditions of the test")):
@@ -167,7 +167,7 @@ def test_nan_in_the_evaluation_becomes_a_dash(report: Made, bad: float | None) -
     source = with_evaluated(report.source, 1, cycles=cycles, summary={"cycles_used": [1, 2, 3]})
     content = build_content(source)
     json.dumps(content.document(), allow_nan=False)
-    (table,) = [t for t in tables(content) if t.title == "What came out"]
+    (table,) = [t for t in tables(content) if t.title == "Results"]
     assert [table.rows[0][n].text for n in (5, 6, 8)] == [DASH, DASH, DASH]
     assert all(table.rows[0][n].why for n in (5, 6, 8))
 
@@ -433,7 +433,7 @@ def test_a_run_without_a_steady_cycle_has_no_result_though_it_has_cycles(report:
     summary = {"cycles_used": [], "damping": {"value": None, "expanded_uncertainty": None}}
     source = with_evaluated(report.source, 2, summary=summary)
     assert source.runs[1].shown_cycle() is not None
-    (table,) = [t for t in tables(build_content(source)) if t.title == "What came out"]
+    (table,) = [t for t in tables(build_content(source)) if t.title == "Results"]
     force = [column.title for column in table.columns].index("Force max.")
     assert table.rows[1][force].tone == "number", "the extreme of all samples needs no cycle"
     for cell in (*table.rows[1][1:force], *table.rows[1][force + 1 : 8]):
@@ -482,7 +482,7 @@ def test_a_simulated_stand_of_any_name_passes_no_certificate_off_as_used(report:
     assert "hall-3" in everything(content)
     head = dict(content.head.facts)
     assert head["Test stand"].text.endswith("(simulated)")
-    (runs,) = [t for t in tables(content) if t.title == "What was run"]
+    (runs,) = [t for t in tables(content) if t.title == "Tests performed"]
     assert all(row[-1].text.endswith("(simulated)") for row in runs.rows)
 
 

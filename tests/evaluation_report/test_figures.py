@@ -4,7 +4,10 @@ import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import cast
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,7 +21,7 @@ from bufferstand.evaluation.figures.loops import (
     frequency_loops,
     static_loops,
 )
-from bufferstand.evaluation.figures.paint import draw
+from bufferstand.evaluation.figures.paint import _figure, draw, legend_columns
 from bufferstand.evaluation.figures.plot import Plot, Window
 from bufferstand.evaluation.figures.timeline import (
     TimelineStep,
@@ -28,7 +31,9 @@ from bufferstand.evaluation.figures.timeline import (
     time_unit,
 )
 from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
-from bufferstand.evaluation.report.pictures.trends import _with_u
+from bufferstand.evaluation.report.pictures.trends import _with_u, trend_pictures
+from bufferstand.evaluation.report.source.source import ReportSource
+from bufferstand.evaluation.wording import LANGUAGES, Code, language_of, spoken
 from tests.evaluation_report.conftest import Made
 
 
@@ -79,7 +84,9 @@ AXES = (
 
 def test_both_axes_of_every_figure_name_quantity_and_unit(report: Made) -> None:
     for labels, svg in zip(AXES, report.figures, strict=True):
-        assert set(labels) <= words(svg)
+        for label in labels:
+            what, unit = label.rsplit(" [", 1)  # below each other where the axis is too short for both
+            assert label in words(svg) or {what, f"[{unit}"} <= words(svg)
         assert all(re.search(r"\[.+\]$", label) for label in labels)
 
 
@@ -213,17 +220,42 @@ def test_loops_that_coincide_show_their_difference_at_equal_stroke() -> None:
     assert frequency_loops([slow], None).below is None
 
 
-def test_a_band_is_drawn_from_two_degrees_of_freedom_on() -> None:
-    for points, drawn in ((3, False), (4, True)):
-        f = np.linspace(0.1, 1.0, points)
-        v = 0.23 - 0.005 * f
-        band = (f, v - 0.01, v + 0.01)
-        series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, band, "−0.0050 ± 0.0012 per Hz")
-        (fit,) = trend_plot([series], "Damping [–]").fits
-        assert (fit.lower is not None) is drawn
-        assert fit.label == f"linear fit, slope −0.0050 ± 0.0012 per Hz, ν = {points - 2}"
-        (bare,) = trend_plot([replace(series, slope="")], "Damping [–]").fits
-        assert bare.label == f"linear fit, ν = {points - 2}", "without its U the slope says nothing"
+@pytest.mark.parametrize(
+    ("points", "confounded", "drawn"), [(4, False, False), (5, False, True), (12, True, False)]
+)
+def test_a_band_is_drawn_where_it_means_something(points: int, confounded: bool, drawn: bool) -> None:
+    """From three degrees of freedom on, of a line that nothing is confounded with."""
+    f = np.linspace(0.1, 1.0, points)
+    v = 0.23 - 0.005 * f
+    band, slope = (f, v - 0.01, v + 0.01), "−0.0050 ± 0.0012 per Hz"
+    series = TrendSeries("20 ± 20 mm", f, v, 0.01 * v, -0.005, 0.23, band, confounded, slope)
+    (fit,) = trend_plot([series], "Damping [–]").fits
+    assert (fit.lower is not None) is drawn
+    assert fit.label == f"linear fit, slope −0.0050 ± 0.0012 per Hz, ν = {points - 2}"
+    (bare,) = trend_plot([replace(series, slope="")], "Damping [–]").fits
+    assert bare.label == f"linear fit, ν = {points - 2}", "without its U the slope says nothing"
+
+
+def test_the_caption_says_why_a_line_has_no_band() -> None:
+    trend = {
+        "quantity": "damping",
+        "prestress_mm": 50.0,
+        "amplitude_mm": None,
+        "runs": ["a"] * 6,
+        "frequency_Hz": [0.1 * n for n in range(1, 7)],
+        "values": [0.2] * 6,
+        "slope_per_Hz": 0.0,
+        "intercept": 0.2,
+        "confidence_band": [0.01] * 6,
+        "warnings": [],
+    }
+    confounded = {**trend, "warnings": ["confounded: amplitude varies from 5 to 30 mm along with frequency"]}
+    why = "confounded with another condition, has no confidence band"
+    for trends, banded, explained in (([trend], True, False), ([confounded], False, True)):
+        source = cast(ReportSource, SimpleNamespace(document={"trends": trends}, runs=()))
+        (picture,) = trend_pictures(source)
+        assert ("95 % confidence bands" in picture.caption) is banded
+        assert (why in picture.caption) is explained
 
 
 def test_the_slope_of_a_fit_stands_in_the_legend_with_u_and_unit() -> None:
@@ -248,3 +280,51 @@ def test_the_numbers_of_steps_do_not_run_into_each_other(lengths: list[tuple[flo
     for before, after in pairwise(named):
         apart_mm = 140.0 * 0.5 * (after.start + after.end - before.start - before.end) / whole
         assert apart_mm >= 0.5 * 1.6 * (len(before.label) + len(after.label))
+
+
+@pytest.mark.parametrize("code", LANGUAGES)
+def test_no_label_of_any_figure_is_cut(report: Made, code: Code) -> None:
+    """Drawn as they are, every text of the axes and the legend lies within the figure and its own axis."""
+    language = language_of(code)
+    looked_at = 0
+    for picture in report.content.pictures():
+        with mpl.rc_context():
+            figure = _figure(spoken(picture.plot, language), language)
+            figure.draw_without_rendering()
+            whole = figure.bbox
+            for axes in figure.axes:
+                assert axes.yaxis.label.get_window_extent().height <= axes.bbox.height, axes.get_ylabel()
+                looked_at += 1
+            shown = [text for axes in figure.axes for text in (axes.xaxis.label, axes.yaxis.label)]
+            for box in [one.get_window_extent() for one in (*shown, *figure.legends)]:
+                assert whole.x0 <= box.x0, (code, picture.caption)
+                assert box.x1 <= whole.x1, (code, picture.caption)
+    assert looked_at >= 10
+
+
+def test_the_longest_label_is_broken_where_it_does_not_fit() -> None:
+    label = "Tangentensteifigkeit des Belastungsastes [kN/mm]"
+    with mpl.rc_context():
+        figure = _figure(Plot("Frequenz [Hz]", label, height_mm=56.0), language_of("de"))
+        figure.draw_without_rendering()
+        (axes,) = figure.axes
+        assert axes.yaxis.label.get_window_extent().height <= axes.bbox.height
+        assert axes.get_ylabel().replace("\n", " ") == label
+
+
+@pytest.mark.parametrize(
+    ("lengths", "columns"),
+    [
+        ((), 1),
+        ((90,), 1),
+        ((20, 20, 20, 20), 2),
+        ((15, 15, 15, 15), 4),
+        ((24, 24, 24), 3),
+        ((45, 45, 45), 1),  # two and one would leave one alone
+        ((30, 30, 30, 30), 2),  # three and one would
+        ((24,) * 5, 3),
+        ((60, 60, 60, 60), 1),
+    ],
+)
+def test_no_entry_of_a_legend_stands_alone_in_its_row(lengths: tuple[int, ...], columns: int) -> None:
+    assert legend_columns(lengths) == columns

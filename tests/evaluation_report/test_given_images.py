@@ -14,6 +14,7 @@ import pytest
 from PIL import Image as Pixels
 
 from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content import Image
 from bufferstand.evaluation.report.rendering.html import render_html
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.evaluation.report.source.given_images import read_image
@@ -95,3 +96,19 @@ def test_a_picture_that_is_cut_off_is_refused(tmp_path: Path) -> None:
     file.write_bytes(data[: len(data) // 2])
     with pytest.raises(BadInput, match="the picture is damaged"):
         read_image(str(file), "specimen_photo", "Photo")
+
+
+@pytest.mark.parametrize("sizes", [[(1600, 160)], [(1600, 160), (300, 300)], [(300, 300), (1600, 160)]])
+def test_a_wide_mark_leaves_the_title_its_place(
+    report: Made, tmp_path: Path, sizes: list[tuple[int, int]]
+) -> None:
+    given = [
+        Image("mark", "png", picture(tmp_path / f"{n}.png", (200, 0, 0), one)) for n, one in enumerate(sizes)
+    ]
+    mark, accreditation = (*given, None)[:2]
+    content = replace(report.content, mark=mark, accreditation=accreditation)
+    page = pypdfium2.PdfDocument(io.BytesIO(render_pdf(content, report.figures)))[0]
+    text = page.get_textpage()
+    whole = text.get_text_range()
+    first, last = (text.get_charbox(whole.index(word)) for word in ("Test report:", "characteristics"))
+    assert first[3] - last[1] < 3 * 14.0, "two lines of 14 points"

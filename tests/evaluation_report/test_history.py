@@ -160,7 +160,7 @@ def test_each_zero_is_shown_once_with_the_runs_that_count_from_it(source: Report
         return replace(run, evaluated={**run.evaluated, "run": facts, "first_contact": None})
 
     runs = [zeroed(run, 7 if run.number < 4 else 9) for run in source.runs]
-    rows = table(contact_section(replace(source, runs=tuple(runs))), "How the zero was set")
+    rows = table(contact_section(replace(source, runs=tuple(runs))), "Determination of the zero")
     assert [row["Runs"].text for row in rows] == ["1–3", f"4–{runs[-1].number}"]
     assert [value(row["Draw wire 1 ± U"])[0] for row in rows] == [1.57, 1.59]
     assert not any("Draw wire 3 ± U" in row for row in rows)
@@ -172,6 +172,6 @@ def test_the_zero_of_every_draw_wire_is_shown(source: ReportSource) -> None:
     (first, *_) = source.runs
     facts = {**first.evaluated["run"], "zero": zero}
     run = replace(first, evaluated={**first.evaluated, "run": facts, "first_contact": None})
-    (row,) = table(contact_section(replace(source, runs=(run,))), "How the zero was set")
+    (row,) = table(contact_section(replace(source, runs=(run,))), "Determination of the zero")
     assert [value(row[f"Draw wire {number} ± U"])[0] for number in range(1, 5)] == [1.0, 2.0, 3.0, 4.0]
     assert row["Force ± U"].text == "—"

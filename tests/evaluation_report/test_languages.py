@@ -7,27 +7,37 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import openpyxl
 import pytest
 
+from bufferstand.daq.guards.missing_guards import unguarded_at
+from bufferstand.drivers.stand_file.schema import StandFile
+from bufferstand.evaluation.facts.run_facts import Options
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.figures.trends import TrendSeries
 from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.comparison import build_comparison
 from bufferstand.evaluation.report.content import Cell, Content, Picture, Table
 from bufferstand.evaluation.report.pictures.trends import _warned
 from bufferstand.evaluation.report.rendering.html import render_html
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.evaluation.report.source.fields import ReportFields, read_fields
 from bufferstand.evaluation.report.source.reading import Given, read_source
+from bufferstand.evaluation.report.source.source import ReportSource
+from bufferstand.evaluation.report.source.specimens import side_by_side
 from bufferstand.evaluation.report.writing import write_report
 from bufferstand.evaluation.wording import LANGUAGES, Code, Language, Worded, language_of
 from bufferstand.foundation import BadInput
+from tests.evaluation_report.campaigns import settling, write_eventful_campaign
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.make_runs import hand_made_document
+from tests.evaluation_report.test_content import with_run
 from tests.evaluation_report.test_rendering import pages, squeezed
+from tests.house.test_recipes import RUNS as SAMPLES
 from tests.monitor.browser import chromium
 
 OTHERS: tuple[Code, ...] = LANGUAGES[1:]
@@ -148,6 +158,93 @@ def test_the_pages_hold_the_longer_words(
     for number, page in enumerate(made.pages, start=1):
         words = {"de": "Seite {} von {}", "cs": "Strana {} z {}", "fr": "Page {} sur {}"}[code]
         assert words.format(number, len(made.pages)) in page
+
+
+ENGLISH = re.compile(
+    r"\b(the|of|is|are|and|which|from|by|with|has|cannot|not|what|that|between|at least|same|first|whole)\b"
+)
+"""Words that a sentence of ours has in English, and none in another language."""
+NOT_OURS = ("not_guarded", "readings", "in_force")
+"""Facts of a run file in words of ours: they are no laboratory's."""
+
+
+def laboratory_says(source: ReportSource) -> str:
+    """Return everything on record that somebody wrote: names, titles, places, models."""
+
+    def given(value: Any) -> Iterator[str]:
+        if isinstance(value, str):
+            yield value
+        elif isinstance(value, dict | list | tuple):
+            pairs = value.items() if isinstance(value, dict) else enumerate(value)
+            yield from (text for key, one in pairs if key not in NOT_OURS for text in given(one))
+
+    texts = [text for run in source.runs for text in (*given(run.metadata), run.file)]
+    return "\n".join(texts) + source.name
+
+
+def left_in_english(content: Content, source: ReportSource, code: Code) -> set[str]:
+    """Return the plain texts of a report that its language leaves as they are, and that are ours."""
+    recorded = laboratory_says(source)
+    return {
+        text
+        for text in plain_texts(content)
+        if ENGLISH.search(text) and text.strip(" .") not in recorded and Language(code).say(text) == text
+    }
+
+
+@pytest.fixture(scope="module")
+def spoken_sources(tmp_path_factory: pytest.TempPathFactory) -> list[ReportSource]:
+    """Reports that the evaluation is ours of: the samples, a campaign with holds, a force that drifts."""
+    folder = tmp_path_factory.mktemp("spoken")
+    time, stroke, force = settling()
+    drifting = ("drifting", "harmonic", (time, stroke, force + 20.0 * time / time[-1]), {})
+    paths = [
+        SAMPLES,
+        write_eventful_campaign(folder / "e"),
+        write_eventful_campaign(folder / "d", [drifting]),
+    ]
+    given = Given(options=Options(draws=200))
+    return [read_source(path, None, given) for path in paths]
+
+
+@pytest.mark.parametrize("code", OTHERS)
+def test_no_sentence_of_ours_is_left_in_english(spoken_sources: list[ReportSource], code: Code) -> None:
+    """In no report: also not what the evaluation found or the stand could not guard."""
+    unguarded = (unguarded_at(6.0, cast(StandFile, SimpleNamespace(amplifier="there")))[0],)
+    for source in spoken_sources:
+        metadata = {**source.runs[0].metadata}
+        metadata["limits"] = {**metadata.get("limits", {}), "not_guarded": unguarded}
+        full = replace(with_run(source, 1, metadata=metadata), detailed=True)
+        assert left_in_english(build_content(full), full, code) == set()
+    pair = side_by_side(spoken_sources[:2], ReportFields())
+    whole = build_comparison(pair)
+    assert {
+        text
+        for text in left_in_english(whole, spoken_sources[0], code)
+        if text not in laboratory_says(spoken_sources[1])
+    } == set()
+
+
+def test_a_sentence_without_translation_would_be_found(spoken_sources: list[ReportSource]) -> None:
+    source = spoken_sources[2]
+    metadata = {**source.runs[0].metadata}
+    metadata["limits"] = {"not_guarded": ["the moon, which is not there"]}
+    source = with_run(source, 1, metadata=metadata)
+    assert left_in_english(build_content(source), source, "de") == {"the moon, which is not there"}
+
+
+QUESTIONS = re.compile(
+    r"(What|How|Where|Was|Wie|Wo|Co|Jak|Kde|Ce qu|Comment|Où|Against|Gegenüber|Oproti)\b|.*\bothers$"
+)
+"""How people begin to talk, but no heading of a laboratory's report."""
+
+
+def test_headings_are_those_of_a_laboratory(report: Made, spoken_reports: dict[Code, Spoken]) -> None:
+    for content in (report.content, *(made.content for made in spoken_reports.values())):
+        titles = [section.title for section in content.sections]
+        titles += [block.title for s in content.sections for block in s.blocks if isinstance(block, Table)]
+        assert len(titles) > 20
+        assert [title for title in titles if QUESTIONS.match(title)] == []
 
 
 def test_names_stand_behind_the_colon_of_the_language(report: Made) -> None:

@@ -94,7 +94,7 @@ def test_a_heading_stands_over_its_numbers_though_a_cell_is_empty(report: Made) 
         ("no record of F2 (≥ 500 kN) or F6 (≥ 0.5)", ["≥ 500 kN", "≥ 0.5"]),
         ("uncertainties U = k u with k = 2 and w = 0", ["U = k u", "k = 2", "w = 0"]),
         ("Zero counted from contact ± U", ["± U"]),
-        ("of step 2, −3.0 % (E_n −50.7)", ["−3.0 %", "E_n −50.7"]),
+        ("of step 2, −3.0 % (E_n −50.7)", ["−3.0 %", "E<sub>n</sub> −50.7"]),
     ],
 )
 def test_a_sign_stays_with_what_it_is_of(text: str, together: list[str]) -> None:

@@ -82,7 +82,7 @@ def test_every_table_of_the_report_is_in_it_by_cycle_too(report: Made, tmp_path:
     assert written[-1] == path
     book = openpyxl.load_workbook(path)
     titles = [sheet.cell(1, 1).value for sheet in book]
-    for words in ("Key values", "What came out", "Cycles: energy, damping and stiffness", "Raw data"):
+    for words in ("Key values", "Results", "Cycles: energy, damping and stiffness", "Raw data"):
         assert words in titles
     pictures = report.detailed.pictures()
     assert [title for title in titles if title.startswith("Figure ")] == [
@@ -92,9 +92,9 @@ def test_every_table_of_the_report_is_in_it_by_cycle_too(report: Made, tmp_path:
         block
         for section in report.detailed.sections
         for block in section.blocks
-        if isinstance(block, Table) and block.title == "What came out"
+        if isinstance(block, Table) and block.title == "Results"
     )
-    sheet = book[book.sheetnames[titles.index("What came out")]]
+    sheet = book[book.sheetnames[titles.index("Results")]]
     heads = [cell.value for cell in sheet[2]]
     force = [column.title for column in printed.columns].index("Force max.")
     column = heads.index("Force max. [kN]") + 1

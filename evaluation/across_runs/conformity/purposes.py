@@ -230,7 +230,7 @@ def _by_default(own: Sequence[Candidate]) -> tuple[list[bool], str, list[str]]:
     met = [one for one in free if one.standing == "met"]
     whole = [one for one in free if one.standing == "open"]
     if len(free) == 1:
-        return [one is free[0] for one in own], "the only static run that can be", []
+        return [one is free[0] for one in own], "the only eligible static run", []
     warnings = []
     if met:
         test, why = met[0], "the first static run that meets the conditions"

@@ -25,7 +25,8 @@ class CycleSeries:
     """Like cycles that follow each other, shape (C,) each.
 
     ``lower_kN`` and ``upper_kN`` are the least and the greatest force, ``pause_s`` is the rest before,
-    ``temperature_C`` the highest in the cycle (NaN: not known).
+    ``temperature_C`` the highest in the cycle (NaN: not known), ``low_mm`` and ``range_mm`` say where the
+    stroke goes.
     """
 
     index: NDArray[np.intp]
@@ -36,6 +37,8 @@ class CycleSeries:
     absorbed_J: FloatArray
     pause_s: FloatArray
     temperature_C: FloatArray
+    low_mm: FloatArray
+    range_mm: FloatArray
 
     @property
     def force_range(self) -> FloatArray:
@@ -46,6 +49,11 @@ class CycleSeries:
     def middle(self) -> FloatArray:
         """Mean of greatest and least force [kN]."""
         return 0.5 * (self.upper_kN + self.lower_kN)
+
+    @property
+    def middle_mm(self) -> FloatArray:
+        """Middle of the stroke [mm]."""
+        return self.low_mm + 0.5 * self.range_mm
 
 
 def series_of(look: RunView, *, whole_only: bool = False) -> list[CycleSeries]:
@@ -67,7 +75,7 @@ def series_of(look: RunView, *, whole_only: bool = False) -> list[CycleSeries]:
         return []
     cuts = np.flatnonzero(_differ(table, harmonic=look.facts.kind == "harmonic")) + 1
     return [
-        CycleSeries(part[:, 0].astype(np.intp), *part[:, [1, 2, 3, 4, 5, 6, 10]].T)
+        CycleSeries(part[:, 0].astype(np.intp), *part[:, [1, 2, 3, 4, 5, 6, 10, 7, 8]].T)
         for part in np.split(table, cuts)
     ]
 

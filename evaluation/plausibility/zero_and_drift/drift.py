@@ -2,16 +2,20 @@
 
 Softening, by heat or by use, takes from all forces the same share; a drift moves them by the same amount.
 What is left of the middle of a loop when its force range tells the share is the drift. A spring that relaxes
-under its prestress moves evenly, too, but fast at first and then less and less.
+under its prestress moves evenly, too, but fast at first and then less and less. A stroke whose middle moves
+takes the force with it.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import ndtr, stdtrit
 
 from bufferstand.evaluation.facts import Finding
+from bufferstand.evaluation.numerics import FloatArray
 from bufferstand.evaluation.plausibility.run_view import CycleSeries, RunView, series_of
 from bufferstand.foundation.numbers import median
 
@@ -20,7 +24,8 @@ SHARE = 0.03
 STEADY = 0.25
 """In each half of the cycles it goes at this share of its mean pace at least, as no relaxation does."""
 SURE, TOLD = 3.5, 2.5
-"""It is so many times what the scatter of the cycles leaves uncertain: in all, and in steps that tell."""
+"""It is so many times what the scatter of the cycles leaves uncertain: in all, and in steps that tell. The
+scatter of few cycles is a poor estimate: it counts by so much more as Student's t does (JCGM 100, G.6.4)."""
 _LEAST = 1e-3
 """No scatter is taken to be less than this share of the range."""
 _FEWEST = 4
@@ -90,6 +95,7 @@ def _pace(series: CycleSeries) -> _Pace:
     time = 0.5 * (series.start_s + series.end_s)[first:]
     share = series.force_range[first:] / series.force_range[first]
     even = series.middle[first:] - series.middle[first] * share
+    even = even - _by_stroke(series, even - even[0], first)
     time = time - time[0]
     half, last = time.size // 2, float(time[-1])
     line, *halves = (
@@ -99,8 +105,21 @@ def _pace(series: CycleSeries) -> _Pace:
     whole, one, two = (float(fit[0]) for fit in (line, *halves))
     left = even - np.polyval(line, time)
     # Standard deviation of a movement over the whole by what the cycles scatter about the line.
-    u_kN = _LEAST * median(series.force_range) + float(
+    u_kN = _LEAST * median(series.force_range) + _few(time.size - 2) * float(
         np.sqrt(12.0 * np.dot(left, left) / (time.size - 2) / time.size)
     )
     slower = min(one / whole, two / whole) if whole else 0.0
     return _Pace(whole * last, last, slower, u_kN)
+
+
+def _by_stroke(series: CycleSeries, even: FloatArray, first: int) -> FloatArray:
+    """Return how much of the force's movement [kN] goes with that of the stroke, by the loop's stiffness."""
+    moved_mm = series.middle_mm[first:] - series.middle_mm[first]
+    by_stroke = median(series.force_range[first:] / series.range_mm[first:]) * moved_mm
+    return np.where(even * by_stroke > 0.0, np.sign(by_stroke) * np.minimum(abs(even), abs(by_stroke)), 0.0)
+
+
+@lru_cache
+def _few(degrees_of_freedom: int) -> float:
+    """Return how much wider Student's distribution is than the normal one where a drift begins to be told."""
+    return float(stdtrit(degrees_of_freedom, ndtr(SURE))) / SURE

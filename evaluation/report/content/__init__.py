@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         numbered,
     )
     from bufferstand.evaluation.report.content.numbers import (
+        SUBSCRIPTED,
         UNBROKEN,
         day_text,
         decimals_of,
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DASH",
+    "SUBSCRIPTED",
     "UNBROKEN",
     "Attachment",
     "Block",

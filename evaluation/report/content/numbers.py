@@ -28,6 +28,10 @@ UNBROKEN = (
     rf"[≤≥<>] {_NUMBER}(?: {_UNIT}| %)?|{_NUMBER}(?: {_UNIT}| %)"
 )
 """What no line is broken in: a number with its uncertainty and unit, an option; kept by both renderers."""
+SUBSCRIPTED = (
+    rf"\b(?:{'|'.join(sorted({one.symbol for one in QUANTITIES if '_' in one.symbol} | {'E_n'}))})\b"
+)
+"""Symbols of quantities whose letters behind the underscore both renderers set as a subscript."""
 
 
 def fixed(value: float, decimals: int) -> str:

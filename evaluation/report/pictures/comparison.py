@@ -130,7 +130,7 @@ def _loops_picture(sides: ComparedSpecimens, condition: Condition, conditions: i
         ),
         plot=labelled_loops(loops, labels),
         numbers=Table(
-            said("The cycles drawn"),
+            said("Cycles shown"),
             (
                 Column(said("Of")),
                 Column(said("Run")),

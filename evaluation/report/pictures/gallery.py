@@ -349,7 +349,7 @@ def _loops_picture(
         ),
         plot=plot,
         numbers=Table(
-            said("The cycles drawn"),
+            said("Cycles shown"),
             (
                 Column(said("Run")),
                 Column(said("Cycle")),

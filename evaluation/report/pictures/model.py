@@ -149,7 +149,7 @@ def _pairs_table(pairs: Sequence[_Pair]) -> Table:
         head = (Cell(str(run.number), "number"), Cell(str(cycle["index"]), "number"))
         rows.append((*head, *motion, *tops, *areas))
     return Table(
-        said("The cycles drawn"),
+        said("Cycles shown"),
         (
             Column(said("Run")),
             Column(said("Cycle")),

@@ -125,9 +125,7 @@ def _temperature_table(source: ReportSource) -> Table:
     rows = tuple(
         (Cell(str(run.number), "number"), *_readings(run, sensors), _absorbed(run)) for run in source.runs
     )
-    return Table(
-        said("Temperatures of each run, and what its complete cycles absorbed"), tuple(columns), rows
-    )
+    return Table(said("Temperatures and absorbed energy of each run"), tuple(columns), rows)
 
 
 def _absorbed(run: ReportRun) -> Cell:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.evaluation.catalogue import QUANTITIES
-from bufferstand.evaluation.figures import TrendSeries, trend_plot
+from bufferstand.evaluation.figures import LEAST_FREEDOM, TrendSeries, trend_plot
 from bufferstand.evaluation.report.content import (
     DASH,
     Cell,
@@ -23,6 +23,14 @@ from bufferstand.evaluation.report.content import (
 )
 from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.wording import capital, joined, label, said
+
+CONFOUNDED = "confounded:"
+"""The evaluation's warnings of a trend begin so, where something varies along with the frequency."""
+_NO_BAND = said(
+    "A line of fewer than {least} degrees of freedom ν, or one that is confounded with another condition, "
+    "has no confidence band. ",
+    least=LEAST_FREEDOM,
+)
 
 
 def runs_of_trend(source: ReportSource, trend: Mapping[str, Any]) -> list[int]:
@@ -44,13 +52,14 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
             continue
         fits = [trend for trend, _ in series if usable(trend.get("slope_per_Hz")) is not None]
         plot = trend_plot([one for _, one in series], label(trended.axis))
-        band = any(fit.lower is not None for fit in plot.fits)
+        bands = [fit.lower is not None for fit in plot.fits]
         pictures.append(
             Picture(
                 caption=said("{words} over frequency", words=words)
                 + (said(" with linear fits") if fits else "")
-                + (said(" and their 95 % confidence bands (ν: degrees of freedom)") if band else "")
+                + (said(" and their 95 % confidence bands (ν: degrees of freedom)") if any(bands) else "")
                 + said(". Bars: expanded uncertainty (k = 2). ")
+                + ("" if all(bands) else _NO_BAND)
                 + joined(" ", _warned(series)),
                 alt=said(
                     "{words} of {count_of_series} series over frequency. ",
@@ -148,7 +157,8 @@ def _series(trend: Mapping[str, Any], unit: str) -> TrendSeries | None:
         width = np.array(half, dtype=np.float64)
         line = intercept + slope * f
         band = (f, line - width, line + width)
-    return TrendSeries(_label(trend), f, v, u, slope, intercept, band, _with_u(trend, unit))
+    confounded = any(str(text).startswith(CONFOUNDED) for text in trend.get("warnings") or ())
+    return TrendSeries(_label(trend), f, v, u, slope, intercept, band, confounded, _with_u(trend, unit))
 
 
 def _numbers(source: ReportSource, trends: list[Mapping[str, Any]], words: str, unit: str) -> Table:

@@ -10,7 +10,7 @@ from jinja2 import PackageLoader, StrictUndefined
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup, escape
 
-from bufferstand.evaluation.report.content import UNBROKEN, Content
+from bufferstand.evaluation.report.content import SUBSCRIPTED, UNBROKEN, Content
 from bufferstand.evaluation.report.rendering.frame import frame_words
 from bufferstand.evaluation.report.rendering.overridden_html import (
     own_loader,
@@ -20,6 +20,7 @@ from bufferstand.evaluation.report.rendering.overridden_html import (
 )
 
 _UNBROKEN = re.compile(UNBROKEN)
+_SUBSCRIPTED = re.compile(SUBSCRIPTED)
 _BRACES = re.compile(r"\{\w+\}")
 
 
@@ -88,9 +89,22 @@ def filled(words: str, *parts: object) -> Markup:
 
 
 def kept(text: str) -> Markup:
-    """Return text for HTML in which no line is broken within a number and its unit."""
+    """Return text for HTML with subscripts, in which no line is broken within a number and its unit."""
     pieces, end = [], 0
     for found in _UNBROKEN.finditer(text):
-        pieces += [escape(text[end : found.start()]), Markup('<span class="kept">{}</span>').format(found[0])]
+        pieces += [
+            _set(text[end : found.start()]),
+            Markup('<span class="kept">{}</span>').format(_set(found[0])),
+        ]
         end = found.end()
-    return Markup("").join([*pieces, escape(text[end:])])
+    return Markup("").join([*pieces, _set(text[end:])])
+
+
+def _set(text: str) -> Markup:
+    """Return text with the subscripts of its symbols."""
+    return Markup(_SUBSCRIPTED.sub(_with_subscript, str(escape(text))))
+
+
+def _with_subscript(found: re.Match[str]) -> str:
+    symbol, index = found[0].split("_")
+    return f"{symbol}<sub>{index}</sub>"

@@ -15,6 +15,7 @@ import matplotlib as mpl
 from matplotlib.ft2font import FT2Font
 
 from bufferstand.evaluation.report.content import (
+    SUBSCRIPTED,
     UNBROKEN,
     Attachment,
     Content,
@@ -126,6 +127,7 @@ def _put(content: Content, figures: Sequence[str], attachments: Sequence[Attachm
     inside = {f"attached-{number}": one for number, one in enumerate(attachments, start=1)}
     said = content.document() | {
         "unbroken": UNBROKEN,
+        "subscripted": SUBSCRIPTED,
         "words": frame_words(content.language),
         "language": content.language.code,
         "overridable": list(TYPST_BLOCKS),

@@ -26,7 +26,7 @@ def amendment_section(source: ReportSource) -> Section | None:
         said("Amendment to report {amends}", amends=fields.amends),
         (
             sheet,
-            Texts((said("What is different from that report:"),)),
+            Texts((said("Changes from that report:"),)),
             Texts((*changes, *_figures(source)), listed=True),
         ),
     )
@@ -39,7 +39,7 @@ def _figures(source: ReportSource) -> tuple[str, ...]:
         return ()
     if not predecessor.moved(source.document):
         return (said("No result and no verdict is another than in that report."),)
-    return (said("Results, verdicts or runs are others: see Against the earlier evaluation."),)
+    return (said("Results, verdicts or runs are others: see Comparison with the earlier evaluation."),)
 
 
 def amendment_notice(source: ReportSource) -> tuple[str, ...]:

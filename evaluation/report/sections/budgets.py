@@ -18,9 +18,10 @@ from bufferstand.evaluation.report.content import (
     usable,
 )
 from bufferstand.evaluation.report.source import ReportRun, ReportSource
-from bufferstand.evaluation.wording import joined, numeral, said
+from bufferstand.evaluation.wording import joined, label, numeral, said
 
 _SYMBOLS = {entry.name: entry.symbol for entry in MAIN}
+_LABELS = {entry.name: entry.label for entry in MAIN}
 _EXPLANATION = said(
     "Linear budget (JCGM 100) of the means over the cycles used. The best estimate of each input "
     "error is 0, u its standard uncertainty, c the sensitivity of the result to it (in the units "
@@ -110,8 +111,16 @@ def _overview(runs: Sequence[ReportRun]) -> Table:
             cells.append(Cell(DASH, "missing", _NONE) if most is None else Cell(str(most["source"])))
         rows.append(tuple(cells))
     return Table(
-        said("Standard uncertainty of each run, and its largest source"), tuple(columns), tuple(rows)
+        said("Standard uncertainty of each run, and its largest source"),
+        tuple(columns),
+        tuple(rows),
+        note=said("{symbols}.", symbols=joined(", ", (_named(name) for name in names))),
     )
+
+
+def _named(name: str) -> str:
+    """Return the symbol of a result with what it stands for."""
+    return said("{symbol}: {label}", symbol=_SYMBOLS[name], label=label(_LABELS[name]))
 
 
 def _table(run: ReportRun) -> Table:
@@ -128,11 +137,11 @@ def _table(run: ReportRun) -> Table:
     rows.append(_total(said("Combined"), budgets, "standard_uncertainty"))
     rows.append(_total(said("Monte Carlo"), budgets, "monte_carlo_standard_uncertainty"))
     values = joined(
-        ", ",
+        "; ",
         (
             said(
-                "{symbols} {value}{unit}",
-                symbols=_SYMBOLS[b["quantity"]],
+                "{named} {value}{unit}",
+                named=_named(b["quantity"]),
                 value=significant(b["value"]),
                 unit="" if b["unit"] == "1" else " " + b["unit"],
             )

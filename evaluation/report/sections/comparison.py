@@ -238,7 +238,7 @@ def comparison_sections(sides: ComparedSpecimens, compared: Sequence[ComparedFig
 
 def _steps(sides: ComparedSpecimens, conditions: Sequence[Condition]) -> Table:
     return Table(
-        said("What is compared"),
+        said("Subject of the comparison"),
         (
             Column(said("No.")),
             Column(said("Step")),

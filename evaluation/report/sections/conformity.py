@@ -215,7 +215,7 @@ def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Sect
     ]
     return Section(
         "not-tested",
-        said("What was not tested"),
+        said("Requirements not tested"),
         (Texts(tuple(items) or (said("Nothing was left out."),), listed=True),),
     )
 

@@ -147,7 +147,7 @@ def _changes(source: ReportSource, comparison: Mapping[str, Any]) -> Table:
         temperature_c=numeral(f"{reference['temperature_C']:.1f}"),
     )
     return Table(
-        said("Against {named}, at equal stroke", named=named),
+        said("Comparison with {named} at equal stroke", named=named),
         (
             Column(said("Run")),
             Column(said("Temperature"), "°C"),

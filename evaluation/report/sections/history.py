@@ -1,4 +1,4 @@
-"""What the records hold besides: contact, holds, residual strokes, settling, energy; before and after."""
+"""Further results from the records: contact, holds, residual strokes, settling, energy; before and after."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _zeros_table(source: ReportSource) -> Table | None:
     set_to_zero = {one["name"] for _, zero in found.values() for one in zero["channel"]}
     shown = [one for one in _ZEROED if one[0] not in _SOMETIMES or one[0] in set_to_zero]
     return Table(
-        said("How the zero was set"),
+        said("Determination of the zero"),
         (
             Column(said("Runs")),
             Column(said("By")),
@@ -163,7 +163,7 @@ def history_section(source: ReportSource) -> Section | None:
     ]
     if not blocks:
         return None
-    return Section("history", said("What the records hold besides"), tuple(blocks), annex=True)
+    return Section("history", said("Further results from the records"), tuple(blocks), annex=True)
 
 
 _HOLDS = (

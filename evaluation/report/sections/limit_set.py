@@ -28,6 +28,35 @@ _RESULTS = {
     "fill-in": Cell(said("◇ not looked at"), "open"),
 }
 
+_READINGS: Mapping[str, str] = {
+    "static_extent": said("static extent"),
+    "absorbed_energy": said("absorbed energy"),
+    "force_cap_crossing": said("crossing of the force cap"),
+    "comparator": said("comparator"),
+    "force_cycles": said("cycles of the force windows"),
+    "preload": said("preload"),
+    "rest": said("rest"),
+    "block_contact": said("block contact"),
+}
+"""Readings of the standard, as a limit set names them, in words …"""
+_CHOSEN: Mapping[str, str] = {
+    "full-stroke": said("to full stroke"),
+    "proof-load": said("to the proof load"),
+    "same-stroke-limits": said("between the same limits of stroke"),
+    "whole-cycle": said("whole cycle"),
+    "first": said("first"),
+    "last": said("last"),
+    "all": said("all"),
+    "at-least": said("at least"),
+    "as-printed": said("as printed"),
+    "extrapolated": said("extrapolated to stroke 0"),
+    "at-0.5mm": said("force at 0.5 mm"),
+    "exactly": said("exactly"),
+    "flag": said("named in words"),
+    "inconclusive": said("inconclusive"),
+}
+"""… and what can be chosen."""
+
 
 def limit_set_sheets(source: ReportSource) -> list[Sheet]:
     """Return a fact sheet for each limit set that runs were judged by."""
@@ -52,7 +81,7 @@ def _sheet(limits: Mapping[str, Any], numbers: list[int]) -> Sheet:
         text = joined(
             "; ",
             (
-                said("{what}: {value}", what=name.replace("_", " "), value=value)
+                said("{what}: {value}", what=_READINGS.get(name, name), value=_CHOSEN.get(value, value))
                 for name, value in readings.items()
             ),
         )
@@ -116,7 +145,7 @@ def _checklist(items: list[Mapping[str, Any]], asked: Mapping[str, str]) -> Tabl
         said("Visual inspection"),
         (
             Column(said("Item")),
-            Column(said("What was looked at")),
+            Column(said("Inspection point")),
             Column(said("Result")),
             Column(said("Note")),
         ),

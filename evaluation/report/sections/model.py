@@ -31,7 +31,7 @@ _METHOD = said(
 _COMPARED = said(
     "Compared: measured and model over the same few strokes that a record is reduced to, without the tips of "
     "the turns. So its damping and top force differ a little from those of the evaluation, which are the "
-    "results of the run and stand under What came out."
+    "results of the run and stand under Results."
 )
 
 
@@ -89,7 +89,7 @@ def model_section(source: ReportSource) -> Section | None:
 def _misses(runs: Sequence[ReportRun], given: ModelAnswer) -> Table:
     rows = [_miss(run, given.checks[run.number]) for run in runs if run.number in given.checks]
     return Table(
-        said("Measured and by the model"),
+        said("Measurement and model"),
         (
             Column(said("Run")),
             Column(said("Whole cycles")),

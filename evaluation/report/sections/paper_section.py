@@ -62,7 +62,7 @@ def paper_section(source: ReportSource) -> Section | None:
     if not rows:
         return None
     table = Table(
-        said("Printed in the paper, and measured"),
+        said("Published and measured values"),
         (
             Column(said("Fig.")),
             Column(said("Quantity")),

@@ -81,7 +81,7 @@ def reevaluation_section(source: ReportSource) -> Section | None:
     if changes.moves:
         blocks.append(_results(changes.moves, numbers))
     blocks.append(Texts(tuple(_remarks(changes)), listed=True))
-    return Section("reevaluation", said("Against the earlier evaluation"), tuple(blocks))
+    return Section("reevaluation", said("Comparison with the earlier evaluation"), tuple(blocks))
 
 
 def _run(run: str, numbers: dict[str, int]) -> Cell:
@@ -94,7 +94,7 @@ def _settings(changes: EvaluationComparison) -> Table:
         for name, (was, now) in changes.changed.items()
     ]
     return Table(
-        said("Settings and software that are others"),
+        said("Changed settings and software"),
         (Column(said("What")), Column(said("Before")), Column(said("Now"))),
         tuple(rows) or ((Cell(said("none")), Cell(said("the same")), Cell(said("the same"))),),
     )
@@ -121,7 +121,7 @@ def _verdicts(verdicts: Sequence[VerdictChange], source: ReportSource, numbers: 
         for one in verdicts
     ]
     columns = (said("Run"), said("Verdict of"), said("Cycle"), said("Before"), said("Now"), said("Why"))
-    return Table(said("Verdicts that are others"), tuple(Column(title) for title in columns), tuple(rows))
+    return Table(said("Changed verdicts"), tuple(Column(title) for title in columns), tuple(rows))
 
 
 def _why(source: ReportSource, change: VerdictChange) -> str:
@@ -142,7 +142,7 @@ def _results(moves: Sequence[Move], numbers: dict[str, int]) -> Table:
     kept = [*sorted(beyond, key=_weight), *within[: max(0, MOST_ROWS - len(beyond))]]
     left = len(moves) - len(kept)
     return Table(
-        said("Results that are others"),
+        said("Changed results"),
         (
             Column(said("Run")),
             Column(said("Quantity")),

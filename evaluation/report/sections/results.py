@@ -68,7 +68,7 @@ def _why_missing(part: Mapping[str, Any], name: str) -> str:
 def recorded_section(source: ReportSource) -> Section:
     """Return what was done in each run, and the extremes of its samples."""
     done = Table(
-        said("What was run"),
+        said("Tests performed"),
         (
             Column(said("Run")),
             Column(said("Run id")),
@@ -87,7 +87,7 @@ def recorded_section(source: ReportSource) -> Section:
 def runs_section(source: ReportSource) -> Section:
     """Return what came out of each run."""
     results = Table(
-        said("What came out"),
+        said("Results"),
         (
             Column(said("Run")),
             *(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bufferstand.evaluation.facts import EXTREME_NAMES, CycleResult, DrawWires, Extreme, StepResult
+from bufferstand.evaluation.facts import EXTREME_NAMES, CycleResult, DrawWires, Extreme, Finding, StepResult
 from bufferstand.evaluation.numerics import FloatArray, noise_sigma
 from bufferstand.evaluation.record import Ends, Peak, Record, Temperature, peaks_of, stands_alone
 from bufferstand.evaluation.run.extremes.errors import (
@@ -147,7 +147,9 @@ def sample_extremes(record: Record) -> dict[str, Extreme]:
     return {**_forces(samples, None), **_strokes(samples, None), **known}
 
 
-def extreme_warnings(extremes: Extremes, said: Sequence[str], *, drawn: bool) -> list[str]:
+def extreme_warnings(
+    extremes: Extremes, said: Sequence[str], findings: Sequence[Finding] = (), *, drawn: bool
+) -> list[str]:
     """Return a warning for every extreme that is doubtful, is not there or has no uncertainty.
 
     Parameters
@@ -155,12 +157,15 @@ def extreme_warnings(extremes: Extremes, said: Sequence[str], *, drawn: bool) ->
     extremes : mapping of str to Extreme
     said : sequence of str
         The run's warnings so far: that it has no samples or no temperature is not said twice.
+    findings : sequence of Finding
+        Each has a warning of its own, so that a doubt which it is the reason of is not said a second time.
     drawn : bool
         Whether uncertainties were drawn at all; where they were not, the run's warnings say why.
     """
     names: dict[str, list[str]] = {}
+    told = {finding.text for finding in findings}
     for name, extreme in extremes.items():
-        if extreme.doubt:
+        if extreme.doubt and extreme.doubt not in told:
             names.setdefault(extreme.doubt, []).append(name)
         if extreme.value is None:
             if (why := _why_missing(name, extremes, said)) is not None:

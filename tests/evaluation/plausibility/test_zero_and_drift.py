@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bufferstand.evaluation.facts.run_facts import Options, RunFacts
+from bufferstand.evaluation.plausibility.run_view.cycle_series import CycleSeries
+from bufferstand.evaluation.plausibility.zero_and_drift.drift import SURE, _pace
 from bufferstand.evaluation.record.record import make_record
 from bufferstand.evaluation.run.evaluate import evaluate_run
 from tests.evaluation.plausibility.records import Floats, harmonic, of_kind, static
@@ -199,6 +201,36 @@ def test_relaxation_under_prestress_is_no_drift() -> None:
     run = harmonic(lambda t, x, f: (t, x, f + 10.0 * np.exp(-t / 2.0)), cycles=10.2)
     assert not of_kind(run, "drift")
     assert not of_kind(run, "offset-jump")
+
+
+@pytest.mark.parametrize("mm_per_cycle", [-0.3, 0.2])
+def test_a_stroke_whose_middle_moves_is_no_drift_of_the_force(mm_per_cycle: float) -> None:
+    """The force goes with it; only what a drift adds to that is one."""
+
+    def moved(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        return t, x + mm_per_cycle * t, f + 4.0 * mm_per_cycle * t
+
+    def drifting(t: Floats, x: Floats, f: Floats) -> tuple[Floats, Floats, Floats]:
+        t, x, f = moved(t, x, f)
+        return t, x, f + np.sign(mm_per_cycle) * 0.08 * 162.0 * t / t[-1]
+
+    assert not of_kind(harmonic(moved, cycles=8.2), "drift")
+    assert of_kind(harmonic(drifting, cycles=8.2), "drift")
+
+
+@pytest.mark.parametrize("cycles", [4, 6, 9])
+def test_the_scatter_of_a_few_cycles_is_no_drift(cycles: int) -> None:
+    """Noise alone looked like a drift in up to one run of fifty of four cycles each."""
+    random = np.random.default_rng(5)
+    start_s = np.arange(cycles) / 2.55
+    others = [np.full(cycles, figure) for figure in (1.0, 0.0, 20.0, 45.0, 10.0)]
+    told = 0
+    for _ in range(1000):
+        levels = [end_kN + 0.2 * random.standard_normal(cycles) for end_kN in (81.0, 166.0)]
+        series = CycleSeries(np.arange(cycles), start_s, start_s + 1 / 2.55, *levels, *others)
+        pace = _pace(series)
+        told += abs(pace.moved_kN) > SURE * pace.u_kN
+    assert told <= 3  # 3.5 standard deviations of a normal distribution: one in two thousand
 
 
 def test_what_slows_down_from_step_to_step_is_no_drift() -> None:
