@@ -20,9 +20,9 @@ from bufferstand.daq.monitor.campaign_view import (
     steps_section,
     windows_section,
 )
-from bufferstand.daq.monitor.history import History
 from bufferstand.daq.monitor.journal_tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.live_cycles import LiveCycles
+from bufferstand.daq.monitor.past.filling import KeptHistory
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
 from bufferstand.daq.monitor.view import View
 from bufferstand.foundation import BadInput, short_address
@@ -64,7 +64,8 @@ class Follower:
         self.folder = self._folder = folder
         self.view = self._view = view
         self.results = results
-        self.history = History()
+        self._past = KeptHistory(folder, view)
+        self.history = self._past.history
         self._cycles = LiveCycles()
         self._watch = FolderWatch(folder)
         self._record: CampaignRecord | None = None
@@ -89,7 +90,11 @@ class Follower:
     async def run(self) -> None:
         """Follow until cancelled."""
         await asyncio.gather(
-            self._follow_folder(), self._follow_data(), self._renew(), self._evaluate_cycles()
+            self._follow_folder(),
+            self._follow_data(),
+            self._renew(),
+            self._evaluate_cycles(),
+            self._past.run(),
         )
 
     @property
@@ -168,6 +173,8 @@ class Follower:
             elif self._record.status != "running":
                 self._let_go()
                 self._say_source("finished")
+                if self.history.first_s is None:
+                    self._past.want(len(self._record.starts))
             elif await self._read_journal():
                 self._say_source("journal")
                 await asyncio.sleep(TAIL_S)
@@ -249,7 +256,7 @@ class Follower:
     ) -> None:
         """Keep the extremes of what is sampled, and the newest value of what is read now and then."""
         read = {name: [value, value] for name, value in values.items() if name not in extremes}
-        self.history.add(at_s, {**read, **extremes})
+        self._past.add(at_s, {**read, **extremes}, len(self._record.starts) if self._record else None)
 
     def _collect(self, rows: dict[str, Any]) -> None:
         """Collect samples of strokes that are part of a test."""

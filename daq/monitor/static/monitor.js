@@ -70,6 +70,7 @@ const show = {
   },
   zone(z) { setZone(z); put("zone", `Times of ${zoneName()}.`); for (const name of ["events", "notes", "now"]) if (state.sections[name]) show[name](state.sections[name]); },
   channels(list) { traces.setChannels(list); },
+  history() { traces.renewed(); },
   cycles(content) { cycles.show(content); cycles.setAsked(asked(content.step)); },
   loops() { state.dirty = true; },
   windows() { state.dirty = true; },
@@ -178,9 +179,9 @@ function drawRun(run, asked) {
     charts.loop.x.reset(); charts.loop.y.reset(); charts.loop.zoom = null; charts.loop.windows = [];
     charts.loop.show([[], []], [loop.s, loop.f], null);
     put("loop-legend", "");
-    traces.showRun(run.step || run.id, loop, asked);
     document.body.dataset.points = String(charts.loop.points);
   }
+  traces.showRun(run.step || run.id, run.file, asked);
   show.events(run.events.map((e) => ({ at: e.at_s === null ? "" : `${e.at_s.toFixed(1)} s`, text: e.text })));
 }
 

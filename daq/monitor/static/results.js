@@ -43,7 +43,7 @@ function runRow(run, index) {
 function choose(index, asked = true) {
   const run = state.content.runs[index];
   state.chosen = index;
-  [...$("runs").children].forEach((row, i) => row.classList.toggle("chosen", i === index));
+  [...$("runs").children].forEach((row, i) => { row.classList.toggle("chosen", i === index); row.setAttribute("aria-current", String(i === index)); });
   const passed = run.requirements.filter((r) => r.verdict === "pass").length;
   const lines = [run.reason && `Ended: ${run.reason}`, run.requirements.length && `${passed} of ${counted(run.requirements.length, "requirement or condition", "requirements and conditions")} passed.`, ...run.requirements.filter((r) => r.verdict !== "pass").map((r) => `${r.id}${r.cycle ? `, cycle ${r.cycle}` : ""}: ${r.verdict}${r.why ? ` (${r.why})` : ""}`), ...run.warnings.map((w) => `Warning: ${typeof w === "string" ? w : JSON.stringify(w)}`)];
   $("run-detail").replaceChildren(...lines.filter(Boolean).map((text) => make("small", "", text)));
