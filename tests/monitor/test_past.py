@@ -1,4 +1,4 @@
-"""What was recorded before a page's server came: from files and journal, every extreme of it, in bounded room."""
+"""What was recorded before a page's server came: from files and journal, each extreme, in bounded room."""
 
 from __future__ import annotations
 
