@@ -49,6 +49,7 @@ CONTENT_TYPES = {
     "monitor.css": "text/css; charset=utf-8",
     "monitor.js": "text/javascript; charset=utf-8",
     "charts.js": "text/javascript; charset=utf-8",
+    "counted.js": "text/javascript; charset=utf-8",
     "cycles.js": "text/javascript; charset=utf-8",
     "results.js": "text/javascript; charset=utf-8",
     "times.js": "text/javascript; charset=utf-8",

@@ -1,5 +1,6 @@
 // The runs of a campaign that has ended, as evaluation judges them.
-import { $, counted, fixed, make, put } from "./times.js";
+import { counted } from "./counted.js";
+import { $, fixed, make, put } from "./times.js";
 
 const state = { content: null, chosen: null, drawn: () => {} };
 
