@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from bufferstand.recording.runfile import open_run
 from tests.desk.served import served
 from tests.desk.tab import PHONE, WIDE, Tab
@@ -13,7 +11,6 @@ from tests.main_job.conftest import here
 from tests.monitor.browser import chromium, demand_axe, faults
 
 
-@pytest.mark.slow
 def test_it_is_served_checked_recorded_and_found(tmp_path: Path) -> None:
     assert here("init", tmp_path / "lab", "--yes", "--controller", "none").returncode == 0
     with chromium() as browser, served(tmp_path / "lab") as desk:

@@ -36,7 +36,6 @@ def looks(browser: Any, url: str, shown: str) -> dict[str, list[str]]:
     return {place: texts for place, texts in found.items() if texts}
 
 
-@pytest.mark.slow
 def test_axe_finds_no_fault_while_it_runs_and_when_it_is_stopped(browser: Any, tmp_path: Path) -> None:
     demand_axe()
     with running(tmp_path) as going, going_page(going) as (page, process):
@@ -62,7 +61,6 @@ def test_axe_finds_no_fault_while_it_runs_and_when_it_is_stopped(browser: Any, t
             assert any("label" in one for one in faults(it.tab)), "it would find a field without a name"
 
 
-@pytest.mark.slow
 def test_axe_finds_no_fault_when_it_has_ended_nor_before_it_is_opened(browser: Any, tmp_path: Path) -> None:
     demand_axe()
     case = Case(tmp_path)

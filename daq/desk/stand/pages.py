@@ -146,7 +146,7 @@ class Check:
         if not running:
             name = word_of(self._desk.folder.name(path))
             # It shares this computer with whoever reads it: it waits, as a rehearsal's stand does.
-            how = ("--speed", speed, "--wait-for-reader")
+            how: tuple[str, ...] = ("--speed", speed, "--wait-for-reader")
             if isinstance(stand, RecordingStand):  # it moves by itself, in real time
                 how, speed = (), "1"
             self._twins[path] = self._jobs.begin("simulate-stand", name, *how, ends_with_desk=True)
