@@ -22,7 +22,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from bufferstand.daq.monitor.access import Access, Rights
 from bufferstand.daq.monitor.actions import Actions, who_asks
 from bufferstand.daq.monitor.follower import Follower
-from bufferstand.daq.monitor.past.run_spans import RunSpans
+from bufferstand.daq.monitor.past import RunSpans
 from bufferstand.daq.monitor.posted import posted_object
 from bufferstand.daq.monitor.view import Cursor
 from bufferstand.foundation import BadInput

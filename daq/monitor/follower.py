@@ -21,7 +21,7 @@ from bufferstand.daq.monitor.campaign_view import (
 )
 from bufferstand.daq.monitor.journal_tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.live_cycles import LiveCycles
-from bufferstand.daq.monitor.past.filling import KeptHistory
+from bufferstand.daq.monitor.past import KeptHistory
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
 from bufferstand.daq.monitor.showing_results import show_results
 from bufferstand.daq.monitor.temperatures import Temperatures, heat_of

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardPanel, GuardSet
-from bufferstand.daq.monitor.past.journal_streams import JournalStreams
+from bufferstand.daq.monitor.past import JournalStreams
 from bufferstand.daq.monitor.sample_rows import RowBuffer, channels_of, finite
 from bufferstand.foundation import BadInput
 from bufferstand.recording import Anchor, Event

@@ -11,12 +11,16 @@ if TYPE_CHECKING:
     from bufferstand.daq.monitor.past.history import (
         History,
     )
+    from bufferstand.daq.monitor.past.journal_streams import (
+        JournalStreams,
+    )
     from bufferstand.daq.monitor.past.run_spans import (
         RunSpans,
     )
 
 __all__ = [
     "History",
+    "JournalStreams",
     "KeptHistory",
     "RunSpans",
 ]
