@@ -44,7 +44,7 @@ function draw(at) {
   const twin = state.sections.twin;
   charts.loop.band = twin?.band && twin.step === state.sections.now?.step ? twin.band : null;
   charts.loop.show(before, [fine.s, fine.f], [fine.s[n - 1], fine.f[n - 1]]);
-  put("loop-legend", `bold: the last ${rows.FINE_S} s. ${loops.length ? `Thin: the last ${counted(loops.length, "whole cycle")}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
+  put("loop-legend", `Bold: the last ${rows.FINE_S} s. ${loops.length ? `Thin: the last ${counted(loops.length, "whole cycle")}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
   document.body.dataset.band = String(charts.loop.band?.s.length || 0);
   const moved = twin?.alarms.at(-1);
   put("twin", moved ? `Twin, step ${moved.step}: ${moved.sentence}.` : twin ? `Twin: ${counted(twin.judged, "cycle")} compared with “${twin.model}”, none of its alarms.` : "");
