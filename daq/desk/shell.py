@@ -24,7 +24,7 @@ MOST_BYTES = 512 * 1024
 BODY_S = 10.0
 """Longest wait for it [s]."""
 TEMPLATES = "templates"
-SHARED = ("uplot.min.js", "uplot.min.css", "charts.js", "icon.svg")
+SHARED = ("uplot.min.js", "uplot.min.css", "charts.js", "counted.js", "icon.svg")
 """Files of the monitor that pages of the desk use, too."""
 CONTENT_TYPES = {
     ".css": "text/css; charset=utf-8",

@@ -22,6 +22,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from bufferstand.daq.monitor.access import Access, Rights
 from bufferstand.daq.monitor.actions import Actions, who_asks
 from bufferstand.daq.monitor.follower import Follower
+from bufferstand.daq.monitor.past import RunSpans
 from bufferstand.daq.monitor.posted import posted_object
 from bufferstand.daq.monitor.view import Cursor
 from bufferstand.foundation import BadInput
@@ -48,6 +49,7 @@ CONTENT_TYPES = {
     "monitor.css": "text/css; charset=utf-8",
     "monitor.js": "text/javascript; charset=utf-8",
     "charts.js": "text/javascript; charset=utf-8",
+    "counted.js": "text/javascript; charset=utf-8",
     "cycles.js": "text/javascript; charset=utf-8",
     "results.js": "text/javascript; charset=utf-8",
     "times.js": "text/javascript; charset=utf-8",
@@ -136,6 +138,7 @@ class Pages:
     def __init__(self, follower: Follower, access: Access, actions: Actions, port: int) -> None:
         self._follower = follower
         self._view = follower.view
+        self._runs = RunSpans(follower.folder)
         self._access = access
         self._actions = actions
         self.port = port
@@ -210,7 +213,7 @@ class Pages:
         return await self._act(request, "close")
 
     async def history(self, request: Request) -> Response:
-        """Give what was recorded in a span of the campaign, thinned out to least and greatest values."""
+        """Give what was recorded in a span of the campaign or of one of its runs, thinned out to extremes."""
         if self.rights(request) == "none":
             return _refusal(403, "this page is not open: open its link")
         asked = request.query_params
@@ -219,7 +222,16 @@ class Pages:
         except ValueError:
             return _refusal(400, "a span of seconds is expected")
         channels = asked.get("channels", "").split(",")[:MOST_CHANNELS]
-        return JSONResponse(self._follower.history.span(from_s, to_s, channels))
+        if math.isnan(from_s) or math.isnan(to_s):
+            return _refusal(400, "a span of seconds is expected")
+        if "run" not in asked:
+            return JSONResponse(self._follower.history.span(from_s, to_s, channels))
+        try:
+            return JSONResponse(
+                await asyncio.to_thread(self._runs.span, asked["run"], from_s, to_s, channels)
+            )
+        except (BadInput, OSError) as error:
+            return _refusal(404, str(error))
 
     async def _act(self, request: Request, what: str) -> Response:
         content = await self._content(request, what)

@@ -207,6 +207,11 @@ def line_words(text: str) -> str:
     return f"{by}: {note_words(said)}"
 
 
+def event_line(kind: str, text: str) -> str:
+    """Return an event in words of the page, with its kind once."""
+    return line_words(text if text.startswith(f"{kind}: ") else f"{kind}: {text}")
+
+
 def _limit(plan: dict[str, Any], name: str) -> float | None:
     bound = plan["limits"]["in_force"].get(name) or {}
     value = bound.get("value") if isinstance(bound, dict) else None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-import sys
 import time
 from collections import deque
 from collections.abc import Mapping
@@ -20,16 +19,17 @@ from bufferstand.daq.monitor.campaign_view import (
     steps_section,
     windows_section,
 )
-from bufferstand.daq.monitor.history import History
 from bufferstand.daq.monitor.journal_tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.live_cycles import LiveCycles
+from bufferstand.daq.monitor.past import KeptHistory
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
+from bufferstand.daq.monitor.showing_results import show_results
+from bufferstand.daq.monitor.temperatures import Temperatures, heat_of
 from bufferstand.daq.monitor.view import View
 from bufferstand.foundation import BadInput, short_address
 
 if TYPE_CHECKING:
     from bufferstand.daq.campaign_folder import CampaignRecord
-    from bufferstand.model import HeatBalance
 
 LOOK_S = 0.5
 """The folder is looked at this often [s]."""
@@ -40,7 +40,6 @@ CYCLES_S = 0.5
 """Cycles of the run under way are evaluated this often at most [s]."""
 SILENT_S = 15.0
 """A campaign that says it runs, but shows no sign of it for so long, has probably been killed [s]."""
-SHOWN_READINGS = 300
 LINES_KEPT = 200
 
 Source = Literal["waiting", "live", "journal", "silent", "finished"]
@@ -64,14 +63,13 @@ class Follower:
         self.folder = self._folder = folder
         self.view = self._view = view
         self.results = results
-        self.history = History()
+        self._past = KeptHistory(folder, view)
+        self.history = self._past.history
         self._cycles = LiveCycles()
         self._watch = FolderWatch(folder)
         self._record: CampaignRecord | None = None
-        self._heat: HeatBalance | None = None
-        self._guards: dict[str, Any] = {}
+        self._temperatures = Temperatures()
         self._margins: list[dict[str, Any]] = []
-        self._readings: dict[str, list[tuple[float, float]]] = {}
         self._progress: dict[str, Any] = {}
         self._lines: deque[dict[str, Any]] = deque(maxlen=LINES_KEPT)
         self._pace: deque[tuple[float, float]] = deque(maxlen=600)
@@ -89,7 +87,11 @@ class Follower:
     async def run(self) -> None:
         """Follow until cancelled."""
         await asyncio.gather(
-            self._follow_folder(), self._follow_data(), self._renew(), self._evaluate_cycles()
+            self._follow_folder(),
+            self._follow_data(),
+            self._renew(),
+            self._evaluate_cycles(),
+            self._past.run(),
         )
 
     @property
@@ -107,7 +109,7 @@ class Follower:
             ended = record is not None and record.status != "running" and self.source == "finished"
             if record is not None and ended and self.results and evaluated != record.updated_utc:
                 evaluated = record.updated_utc
-                await self._evaluate()
+                await show_results(self._folder, self._view)
             await asyncio.sleep(LOOK_S)
 
     async def look(self) -> None:
@@ -126,7 +128,9 @@ class Follower:
         if news.record is None:
             return
         if self._record is None or self._record.campaign_file != news.record.campaign_file:
-            self._heat = await asyncio.to_thread(_heat_of, self._folder, news.record.campaign_file)
+            self._temperatures.heat = await asyncio.to_thread(
+                heat_of, self._folder, news.record.campaign_file
+            )
         self._record = news.record
         if news.zone is not None:
             self._view.put("zone", news.zone)
@@ -136,26 +140,6 @@ class Follower:
             self._view.put("windows", await asyncio.to_thread(windows_section, news.record))
         except BadInput as error:
             self._view.put("problem", str(error))
-
-    async def _evaluate(self) -> None:
-        """Have the runs evaluated by another process, and show each as soon as it is done."""
-        runs: list[dict[str, Any]] = []
-        process = await asyncio.create_subprocess_exec(
-            sys.executable, "-P", "-m", "bufferstand.daq.monitor.results", str(self._folder),
-            stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.DEVNULL, limit=1 << 24,
-        )  # fmt: skip
-        try:
-            assert process.stdout is not None
-            self._view.put("runs", {"runs": runs, "evaluating": True})
-            while line := await process.stdout.readline():
-                runs.append(json.loads(line))
-                self._view.put("runs", {"runs": runs, "evaluating": True})
-            broken = await process.wait() != 0
-        finally:
-            if process.returncode is None:
-                process.kill()
-        self._view.put("runs", {"runs": runs, "evaluating": False, "broken": broken})
 
     # --- data --------------------------------------------------------------------------------------
 
@@ -168,6 +152,8 @@ class Follower:
             elif self._record.status != "running":
                 self._let_go()
                 self._say_source("finished")
+                if self.history.first_s is None:
+                    self._past.want(len(self._record.starts))
             elif await self._read_journal():
                 self._say_source("journal")
                 await asyncio.sleep(TAIL_S)
@@ -209,12 +195,9 @@ class Follower:
     def _heard(self, packet: dict[str, Any]) -> None:
         self._heard_s = time.monotonic()
         for stream, new in packet.get("readings", {}).items():
-            kept = self._readings.setdefault(stream, [])
-            kept.extend((at_s, value) for at_s, value in new)
-            if len(kept) > 2 * SHOWN_READINGS:
-                del kept[1:-SHOWN_READINGS:2]
+            self._temperatures.take(stream, new)
         if "guards" in packet:
-            self._guards = packet["guards"] or {}
+            self._temperatures.guards = packet["guards"] or {}
         self._margins = packet.get("margins", self._margins)
         if packet.get("lines"):
             self._lines.extend(map(_in_page_words, packet["lines"]))
@@ -237,7 +220,7 @@ class Follower:
             end = packet["end"]
             self._view.put("end", {**end, "reason": page_words(end["reason"])})
             self._stopping = True
-            self._view.put("temperature", self._temperature(self._ambient_C()))
+            self._put_temperature()
 
     def _name(self, channels: list[dict[str, Any]]) -> None:
         self.history.name(channels)
@@ -249,7 +232,7 @@ class Follower:
     ) -> None:
         """Keep the extremes of what is sampled, and the newest value of what is read now and then."""
         read = {name: [value, value] for name, value in values.items() if name not in extremes}
-        self.history.add(at_s, {**read, **extremes})
+        self._past.add(at_s, {**read, **extremes}, len(self._record.starts) if self._record else None)
 
     def _collect(self, rows: dict[str, Any]) -> None:
         """Collect samples of strokes that are part of a test."""
@@ -264,18 +247,13 @@ class Follower:
             if stretch is not None:
                 found = await asyncio.to_thread(self._cycles.evaluate, stretch)
                 if epoch == self._cycles.epoch:
-                    self._cycles.take(found, self._warmest_C())
+                    known = self._progress.get("temperatures_C") or {}
+                    self._cycles.take(found, self._temperatures.warmest_C(known))
             if self._cycles.changed:
                 self._cycles.changed = False
                 for name, content in self._cycles.sections().items():
                     self._view.put(name, content)
             await asyncio.sleep(CYCLES_S)
-
-    def _warmest_C(self) -> float | None:  # noqa: N802 - the unit keeps its capital
-        """Return the warmest reading on the specimen."""
-        on_it = {one["stream"] for one in self._guards.get("temperatures", []) if one["resume_C"] is not None}
-        known = self._progress.get("temperatures_C") or {}
-        return max((value for name, value in known.items() if not on_it or name in on_it), default=None)
 
     def _put_now(self, packet: dict[str, Any]) -> None:
         shown = {key: value for key, value in self._progress.items() if key != "warnings"}
@@ -327,14 +305,13 @@ class Follower:
         now_s = time.monotonic()
         self._margins = news.margins
         if news.guards is not None:
-            self._guards = dict(news.guards)
+            self._temperatures.guards = news.guards
             self._name(news.channels)
         if news.lines:
             self._lines.extend(map(_in_page_words, news.lines))
             self._view.put("events", list(self._lines))
         for stream, new in news.readings.items():
-            self._readings.setdefault(stream, []).extend(new)
-            del self._readings[stream][:-SHOWN_READINGS]
+            self._temperatures.take(stream, new)
         self._heard_at.update(dict.fromkeys(news.heard, now_s))
         if not news.samples:
             return
@@ -350,7 +327,7 @@ class Follower:
             "cycles": 0,
             "force_kN": news.values.get("force"),
             "stroke_mm": news.values.get("stroke"),
-            "temperatures_C": {name: kept[-1][1] for name, kept in self._readings.items() if kept},
+            "temperatures_C": self._temperatures.newest_C(),
             "temperature_limit_C": None,
             "elapsed_s": None,
             "remaining_s": None,
@@ -375,58 +352,19 @@ class Follower:
         self.source = source
         self._view.put("source", {"kind": source})
 
+    def _put_temperature(self) -> None:
+        section = self._temperatures.section(self._record, self._progress, stopping=self._stopping)
+        self._view.put("temperature", section)
+
     async def _renew(self) -> None:
         turn = 0
         while True:
-            if self._guards and self.source in ("live", "journal"):
+            if self._temperatures.guards and self.source in ("live", "journal"):
                 self._view.put("guards", self._margins)
                 if turn % 4 == 0:
-                    self._view.put("temperature", self._temperature(self._ambient_C()))
+                    self._put_temperature()
             turn += 1
             await asyncio.sleep(SLOW_S / 4.0)
-
-    def _ambient_C(self) -> float:  # noqa: N802 - the unit keeps its capital
-        """Return the temperature of the air: a sensor's, if one is there for it, else the campaign file's."""
-        for guard in self._guards.get("temperatures", []):
-            kept = self._readings.get(guard["stream"])
-            if guard["stop_C"] is None and guard["resume_C"] is None and kept:
-                return kept[-1][1]
-        return float(self._record.plan["conditions"]["ambient_C"]) if self._record else 20.0
-
-    def _temperature(self, ambient_C: float) -> dict[str, Any]:
-        sensors = []
-        for guard in self._guards.get("temperatures", []):
-            kept = self._readings.get(guard["stream"], [])[-SHOWN_READINGS:]
-            specimen = guard["resume_C"] is not None
-            sensors.append(
-                {"name": guard["stream"], "place": guard["place"], "specimen": specimen, "points": kept}
-            )
-        return {"sensors": sensors, "forecast": self._forecast(sensors, ambient_C)}
-
-    def _forecast(self, sensors: list[dict[str, Any]], ambient_C: float) -> dict[str, Any] | None:
-        """Return where the warmest specimen sensor goes, None where nothing can be said."""
-        warm = [s["points"] for s in sensors if s["specimen"] and s["points"]]
-        left_s = self._progress.get("remaining_s")
-        if self._heat is None or self._record is None or not warm or left_s is None or self._stopping:
-            return None
-        from bufferstand.daq.monitor.forecast import foresee, slope, stretches  # noqa: PLC0415 - as in _heat_of
-
-        points = max(warm, key=lambda kept: kept[-1][1])
-        plan = stretches(
-            self._record.plan["steps"],
-            [step.status for step in self._record.steps],
-            self._progress.get("step", 0),
-            left_s,
-        )
-        stop_C = self._record.plan["limits"]["test"].get("temperature_stop_C")
-        found = foresee(self._heat, points[-1][1], slope(points), ambient_C, plan, stop_C)
-        start_s = points[-1][0]
-        return {
-            "points": [(round(start_s + at_s, 1), round(value, 2)) for at_s, value in found.points],
-            "reach_s": None if found.reach_s is None else round(found.reach_s),
-            "step": found.step,
-            "end_C": round(found.points[-1][1], 1),
-        }
 
 
 def _in_page_words(line: Mapping[str, Any]) -> dict[str, Any]:
@@ -443,10 +381,3 @@ async def _packet(wire: socket.socket) -> bytes:
         return await asyncio.get_running_loop().sock_recv(wire, BUFFER_BYTES)
     except ConnectionResetError:  # it ended, or died, before it had taken this listener on
         return b""
-
-
-def _heat_of(folder: Path, campaign_file: str) -> HeatBalance | None:
-    # The spring model's libraries take seconds on a busy machine: the page is served before.
-    from bufferstand.daq.monitor.forecast import heat_balance_of  # noqa: PLC0415
-
-    return heat_balance_of(folder, campaign_file)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,9 @@ from typing import Any
 import numpy as np
 
 from bufferstand.daq.guards import CONTROLLER_STREAM, FORCE_2_STREAM, GuardPanel, GuardSet
+from bufferstand.daq.monitor.past import JournalStreams
 from bufferstand.daq.monitor.sample_rows import RowBuffer, channels_of, finite
-from bufferstand.daq.scaling import DERIVED, ScaledBlock, scale
-from bufferstand.drivers import SampleBlock, StreamFacts
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.channels import Branch, Channel
 from bufferstand.recording import Anchor, Event
 from bufferstand.recording.journal import ChainReader, DataRecord, EndRecord
 
@@ -61,12 +59,10 @@ class JournalTail:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._reader = ChainReader(path)
-        self._facts: dict[str, StreamFacts] | None = None
+        self._streams: JournalStreams | None = None
         self._guards: Mapping[str, Any] | None = None
         self._panel: GuardPanel | None = None
         """The guards of the run once more: they see what the journal holds, and show their margins."""
-        self._branches: dict[str, Branch] = {}
-        self._anchor: Anchor | None = None
         self._buffer = RowBuffer()
 
     def close(self) -> None:
@@ -90,60 +86,46 @@ class JournalTail:
     def _news(self) -> News:
         news = News()
         records = self._reader.poll()
-        if self._facts is None and self._reader.header is not None:
-            self._understand(self._reader.header["metadata"])
+        if self._streams is None and self._reader.header is not None:
+            self._streams = self._understood(self._reader.header["metadata"])
             news.guards = self._guards
-            news.channels = channels_of((self._facts or {}).values())
+            news.channels = channels_of(self._streams.facts.values())
         newest_us = max(
             (int(r.time_us[-1]) for r in records if _is_main(r) and len(r.time_us)),  # type: ignore[union-attr]
             default=0,
         )
         for record in records:
             if isinstance(record, Anchor):
-                self._anchor = record
+                if self._streams is not None:
+                    self._streams.anchor = record
             elif isinstance(record, Event):
                 news.lines.append(self._line(record))
             elif isinstance(record, EndRecord):
                 news.ended = True
-            elif record.stream in (self._facts or {}) and len(record.time_us):
-                self._take(record, news, newest_us)
+            elif self._streams is not None and record.stream in self._streams.facts and len(record.time_us):
+                self._take(record, self._streams, news, newest_us)
         news.rows, news.extremes = self._buffer.take()
-        if self._anchor is not None:
-            news.at_s = self._anchor.host_s + max(0.0, (newest_us - self._anchor.device_us) / 1e6)
+        anchor = self._streams.anchor if self._streams else None
+        if anchor is not None:
+            news.at_s = anchor.host_s + max(0.0, (newest_us - anchor.device_us) / 1e6)
         if self._panel is not None:
             news.margins = [margin.as_dict() for margin in self._panel.margins(time.monotonic())]
         return news
 
-    def _understand(self, metadata: Mapping[str, Any]) -> None:
+    def _understood(self, metadata: Mapping[str, Any]) -> JournalStreams:
+        streams = JournalStreams(metadata, self.path)
         try:
-            self._facts = {
-                name: StreamFacts(
-                    name,
-                    content["clock"],
-                    tuple(Channel.model_validate(channel) for channel in content["channels"]),
-                    content["rate_Hz"] or 0.0,
-                    content["device"],
-                )
-                for name, content in metadata["streams"].items()
-            }
             self._guards = metadata["limits"]["guards"]
             self._panel = GuardPanel(GuardSet.from_dict(self._guards), wall_s=time.monotonic())
         except (KeyError, TypeError, ValueError) as error:
             raise BadInput(f"the journal's header cannot be understood ({error})", file=self.path) from None
-        self._branches = {c.name: Branch() for facts in self._facts.values() for c in facts.channels}
+        return streams
 
-    def _take(self, record: DataRecord, news: News, newest_us: int) -> None:
-        assert self._facts is not None
+    def _take(self, record: DataRecord, streams: JournalStreams, news: News, newest_us: int) -> None:
         assert self._panel is not None
-        last_us, main = int(record.time_us[-1]), record.stream == CONTROLLER_STREAM
-        recent = not main or newest_us - last_us <= BACKLOG_S * 1e6
-        at_s = last_us / 1e6
-        if main and self._anchor is not None:
-            at_s += self._anchor.host_s - self._anchor.device_us / 1e6
-        block = SampleBlock(record.stream, record.sequence, record.time_us, record.counts, record.lost, at_s)
-        scaled = scale(block, self._facts[record.stream], self._branches)
-        if not main and self._facts[record.stream].clock == "device":
-            scaled = self._beside(scaled, newest_us)
+        main = record.stream == CONTROLLER_STREAM
+        recent = not main or newest_us - int(record.time_us[-1]) <= BACKLOG_S * 1e6
+        scaled = streams.scaled(record, newest_us)
         if recent:
             self._panel.observe(scaled, time.monotonic())
         news.heard.add(record.stream)
@@ -160,23 +142,13 @@ class JournalTail:
                 if np.isfinite(v)
             )
 
-    def _beside(self, scaled: ScaledBlock, newest_us: int) -> ScaledBlock:
-        """Return a block of a device with a clock of its own, placed at the newest sample of the controller.
-
-        For display and margins that is near enough; figures go by the readings of both clocks.
-        """
-        if not len(scaled) or self._anchor is None:
-            return scaled
-        host_us = round(newest_us + 1e6 * self._anchor.host_s - self._anchor.device_us)
-        own = {name: value for name, value in scaled.values.items() if name not in DERIVED}
-        return replace(scaled, time_us=scaled.time_us - scaled.time_us[-1] + host_us, values=own)
-
     def _line(self, event: Event) -> dict[str, Any]:
         utc = ""
-        if self._anchor is not None:
+        anchor = self._streams.anchor if self._streams else None
+        if anchor is not None:
             with suppress(ValueError, OverflowError):  # of a strange journal: without its time
-                moment = datetime.fromisoformat(self._anchor.utc)
-                utc = (moment + timedelta(seconds=event.at_s - self._anchor.host_s)).isoformat()
+                moment = datetime.fromisoformat(anchor.utc)
+                utc = (moment + timedelta(seconds=event.at_s - anchor.host_s)).isoformat()
         return {"utc": utc, "at_s": round(event.at_s, 3), "text": f"{event.kind}: {event.text}"}
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bufferstand.daq.monitor.campaign_view import line_words, page_words
+from bufferstand.daq.monitor.campaign_view import event_line, page_words
 from bufferstand.evaluation.catalogue import QUANTITIES
 from bufferstand.evaluation.document import evaluate_entry
 from bufferstand.evaluation.loading import load_run
@@ -66,7 +66,7 @@ def describe(path: Path, root: Path) -> dict[str, Any]:
         content["events"] = [
             {
                 "at_s": None if e.time_s is None else round(e.time_s, 2),
-                "text": line_words(f"{e.kind}: {e.text}"),
+                "text": event_line(e.kind, e.text),
             }
             for e in run.events
         ]

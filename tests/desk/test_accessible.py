@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.desk.served import Served, laboratory, served
 from tests.desk.tab import PHONE, WIDE, Tab
-from tests.monitor.browser import chromium
+from tests.monitor.browser import chromium, demand_axe, faults
 
-AXE = Path(__file__).resolve().parents[2] / ".venv" / "axe" / "package" / "axe.min.js"
 PAGES = {
     "/": "A-105-E-01",
     "/new": "Laboratory",
@@ -24,7 +22,6 @@ PAGES = {
     "/campaign?folder=nowhere": "This cannot be shown",
 }
 """Page → what it says once it is whole."""
-RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 
 
 @pytest.fixture(scope="module")
@@ -41,32 +38,18 @@ def browser() -> Iterator[Any]:
         yield it
 
 
-def faults(it: Tab) -> list[str]:
-    """Return what axe-core finds on the page."""
-    it.tab.evaluate(AXE.read_text(encoding="utf-8"))
-    found = it.tab.evaluate(
-        "rules => axe.run(document, {runOnly: {type: 'tag', values: rules}, resultTypes: ['violations']})",
-        RULES,
-    )
-    return [
-        f"{one['id']} ({one['impact']}): {one['help']}: {[node['html'][:200] for node in one['nodes'][:3]]}"
-        for one in found["violations"]
-    ]
-
-
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["1300", "390"])
 def test_axe_finds_no_fault(browser: Any, desk: Served, size: Any, scheme: str) -> None:
-    if not AXE.exists():
-        pytest.skip("NOT CHECKED FROM OUTSIDE: axe-core is not there; bash .ci/peers gets it from npm")
+    demand_axe()
     with Tab(browser, desk.link, bypass_csp=True, color_scheme=scheme, **size) as it:
         for path, text in PAGES.items():
             it.go(f"{desk.origin}{path}")
             it.says(text)
             it.tab.evaluate("for (const one of document.querySelectorAll('details')) one.open = true")
-            assert faults(it) == [], f"{path} at {size['viewport']['width']}, {scheme}"
+            assert faults(it.tab) == [], f"{path} at {size['viewport']['width']}, {scheme}"
         it.tab.evaluate("document.querySelector('main').append(document.createElement('input'))")
-        assert any("label" in one for one in faults(it)), "it would find a field without a name"
+        assert any("label" in one for one in faults(it.tab)), "it would find a field without a name"
 
 
 def test_the_keyboard_reaches_everything_and_shows_where_it_is(browser: Any, desk: Served) -> None:

@@ -100,6 +100,30 @@ def test_on_a_phone_a_verdict_is_seen_without_scrolling_sideways(browser: Any, d
         assert it.tab.evaluate(roles) == 10 * len(places), "for a screen reader it stays a table"
 
 
+def test_on_a_phone_the_plan_is_read_step_by_step_without_scrolling_sideways(
+    browser: Any, desk: Served
+) -> None:
+    with Tab(browser, desk.link, **PHONE) as it:
+        it.go(f"{desk.origin}/prepare?campaign=demo.toml")
+        it.says("Peak force")
+        box = "document.querySelector('#plan .scroll')"
+        assert it.tab.evaluate(f"{box}.scrollWidth <= {box}.clientWidth"), "the table's own box neither"
+        rights = it.tab.evaluate(
+            "[...document.querySelectorAll('#plan tbody td, #plan tbody th')].map((one) => "
+            "one.getBoundingClientRect().right)"
+        )
+        assert len(rights) > 9
+        assert max(rights) <= 390
+        force = "[...document.querySelectorAll('#plan tbody td[data-label=Force]:not(.none)')][0]"
+        said = it.tab.evaluate(
+            f"['::before', '::after'].map((one) => getComputedStyle({force}, one).content).join()"
+        )
+        assert "Force" in said
+        assert "kN" in said
+        assert it.tab.locator("#plan [role=cell]").count() % 8 == 0, "for a screen reader it stays a table"
+        assert it.tab.locator("#plan [role=columnheader]").count() == 9
+
+
 def test_steps_are_moved_by_keyboard_and_nothing_is_lost(browser: Any, desk: Served) -> None:
     before = (desk.folder / "demo.toml").read_text()
     steps = tomllib.loads(before)["step"]

@@ -1,4 +1,4 @@
-"""Real Chromium for tests of pages: the system's own, driven by playwright; else they are skipped, loudly."""
+"""Real Chromium for tests of pages, and axe-core for what it finds there; else they are skipped, loudly."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 PATIENCE_MS = 180_000.0
 """How long a page may take to come, to have an element, or to take a click: on a busy machine long."""
+AXE = Path(__file__).resolve().parents[2] / ".venv" / "axe" / "package" / "axe.min.js"
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
@@ -42,3 +45,22 @@ def chromium() -> Iterator[Any]:
             yield browser
         finally:
             browser.close()
+
+
+def demand_axe() -> None:
+    """Skip the test where nobody can judge, and say why and what to do."""
+    if not AXE.exists():
+        pytest.skip("NOT CHECKED FROM OUTSIDE: axe-core is not there; bash .ci/peers gets it from npm")
+
+
+def faults(tab: Any) -> list[str]:
+    """Return what axe-core finds on the page of a tab whose context bypasses the page's own policy."""
+    tab.evaluate(AXE.read_text(encoding="utf-8"))
+    found = tab.evaluate(
+        "rules => axe.run(document, {runOnly: {type: 'tag', values: rules}, resultTypes: ['violations']})",
+        RULES,
+    )
+    return [
+        f"{one['id']} ({one['impact']}): {one['help']}: {[node['html'][:200] for node in one['nodes'][:3]]}"
+        for one in found["violations"]
+    ]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.daq.monitor.history import BUCKETS, LEVELS, MOST_CHANNELS, MOST_POINTS, History
+from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, MOST_POINTS, History
 
 CHANNELS = [{"name": "stroke", "unit": "mm"}, {"name": "force", "unit": "kN"}]
 

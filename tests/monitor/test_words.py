@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import datetime
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
-from bufferstand.daq.monitor import time_zone
-from bufferstand.daq.monitor.campaign_view import line_words, note_words, page_words, windows_section
+from bufferstand.daq.desk.shell import SHARED
+from bufferstand.daq.monitor import static_files, time_zone
+from bufferstand.daq.monitor.campaign_view import (
+    event_line,
+    line_words,
+    note_words,
+    page_words,
+    windows_section,
+)
 from bufferstand.daq.monitor.time_zone import laboratory_zone
 from bufferstand.daq.operator.control_socket import ask, listening
 from bufferstand.daq.operator.stop_request import StopLevel, StopRequest
@@ -114,3 +122,29 @@ def test_a_static_test_of_such_a_buffer_has_the_windows_of_its_limit_set() -> No
     assert (at_60["lower_kN"], at_60["upper_kN"], at_60["steps"]) == (100.0, 400.0, [1])
     Record.plan["specimen"] = {"kind": "draw-gear"}  # type: ignore[assignment]
     assert windows_section(Record()) == []  # type: ignore[arg-type]
+
+
+def test_an_event_says_its_kind_once() -> None:
+    assert event_line("safe stop", "safe stop: force 0.0 kN") == "safe stop: force 0.0 kN"
+    assert (
+        event_line("trip", "stopped by the operator: key s")
+        == "trip: stopped by the operator: a key in its terminal"
+    )
+
+
+def test_live_page_and_desk_count_by_one_function() -> None:
+    """Each file of a page that imports it is served beside it: the live page's, and at the desk."""
+    ours = {name: text.decode() for name, text in static_files().items() if name.endswith(".js")}
+    desk = {
+        path.name: path.read_text(encoding="utf-8")
+        for path in Path(str(files("bufferstand.daq.desk"))).rglob("static/*.js")
+    }
+    told = [name for name, text in [*ours.items(), *desk.items()] if "function counted(" in text]
+    assert told == ["counted.js"]
+    using = [name for name, text in desk.items() if 'from "./counted.js"' in text]
+    assert using == ["results.js"]
+    assert "counted.js" in SHARED
+    assert [name for name, text in ours.items() if 'from "./counted.js"' in text] == [
+        "monitor.js",
+        "results.js",
+    ]

@@ -30,6 +30,8 @@ STEPS_MM = ("-1", "-0.1", "0.1", "1")
 READY = "serving at"
 """What a simulated stand says once it can be asked."""
 SPEEDS = {"1", "2", "5", "10", "20"}
+RECORDED = "recorded"
+"""Folder, in the desk's, for what is recorded of stands that their own controllers move."""
 
 
 class Check:
@@ -56,6 +58,7 @@ class Check:
             self._desk.look("/check", self.show),
             self._desk.act("/check/run", self.run),
             self._desk.act("/check/twin", self.twin, moves=True),
+            self._desk.act("/check/record", self.record),
             self._desk.act("/check/zero", self.zero, moves=True),
             self._desk.act("/check/tare", self.tare, moves=True),
             self._desk.act("/check/jog", self.jog, moves=True),
@@ -74,6 +77,8 @@ class Check:
             return self._desk.page(request, "check_choice.html", title="Check a stand", stands=stands)
         path = self._desk.folder.inside(name, ".toml")
         stand = await asyncio.to_thread(read_stand, path)
+        moves = isinstance(stand, StandFile)
+        specimens = [] if moves else (await asyncio.to_thread(self._desk.folder.contents)).of_kind("specimen")
         shown = self._desk.commands.shown
         return self._desk.page(
             request,
@@ -82,7 +87,8 @@ class Check:
             name=name,
             campaign=campaign,
             stand=stand,
-            moves=isinstance(stand, StandFile),
+            moves=moves,
+            specimens=specimens,
             zero=_zero_text(path),
             items=checklist_of(path),
             checklist_name=CHECKLIST_NAME,
@@ -93,9 +99,11 @@ class Check:
             steps=STEPS_MM,
             commands={
                 "check": shown("check", word_of(name)),
-                "record": shown("record", word_of(name), "--out", "runs", "--specimen", "SPECIMEN.toml"),
+                "record": shown(
+                    "record", word_of(name), "--out", RECORDED, "--specimen", "SPECIMEN.toml", "--for", "30s"
+                ),
                 "zero": shown("stand", "zero", word_of(name), "--specimen", "ID", "--yes-move", "STAND"),
-                "twin": shown("simulate-stand", word_of(name), "--wait-for-reader"),
+                "twin": shown("simulate-stand", word_of(name), *(["--wait-for-reader"] if moves else [])),
             },
         )
 
@@ -125,7 +133,8 @@ class Check:
                 self._twins[path].stop()
                 await asyncio.to_thread(self._twins[path].process.wait, 15.0)
             return JSONResponse({"running": False, "was": running})
-        if not _has_twin(await asyncio.to_thread(load_stand, path)):
+        stand = await asyncio.to_thread(read_stand, path)
+        if not _has_twin(stand):
             raise BadInput(
                 "this stand has no simulated twin on this computer", remedy="it needs [simulation]"
             )
@@ -137,8 +146,10 @@ class Check:
         if not running:
             name = word_of(self._desk.folder.name(path))
             # It shares this computer with whoever reads it: it waits, as a rehearsal's stand does.
-            words = ("simulate-stand", name, "--speed", speed, "--wait-for-reader")
-            self._twins[path] = self._jobs.begin(*words, ends_with_desk=True)
+            how: tuple[str, ...] = ("--speed", speed, "--wait-for-reader")
+            if isinstance(stand, RecordingStand):  # it moves by itself, in real time
+                how, speed = (), "1"
+            self._twins[path] = self._jobs.begin("simulate-stand", name, *how, ends_with_desk=True)
             self._speeds[path] = speed
         job = self._twins[path]
         while job.running and READY not in job.text:
@@ -146,6 +157,19 @@ class Check:
         if not job.running:
             raise BadInput(f"the simulated stand could not be served: {job.text}")
         return JSONResponse({"running": True})
+
+    async def record(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
+        """Record a stand that its own controller moves, for a time that is told."""
+        path, lasting = self._path(content), text_of(content, "lasting")
+        if not lasting:
+            raise BadInput("it was not said for how long: nothing recorded", remedy="write 30s, 10min or 2h")
+        words = ["record", word_of(self._desk.folder.name(path)), "--out", RECORDED, f"--for={lasting}"]
+        if chosen := text_of(content, "specimen"):
+            specimen = self._desk.folder.inside(chosen, ".toml")
+            words += ["--specimen", word_of(self._desk.folder.name(specimen))]
+        if operator := text_of(content, "operator", 80):
+            words.append(f"--operator={operator}")
+        return _watched(self._jobs.begin(*words))
 
     async def zero(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Touch off the specimen."""
@@ -236,10 +260,9 @@ def _watched(job: Job) -> Response:
 
 def _has_twin(stand: StandFile | RecordingStand) -> bool:
     """Return whether a stand is one that this computer can simulate at the place where it is looked for."""
-    if isinstance(stand, RecordingStand):
-        return False
-    host = getattr(stand.controller, "host", None)
-    return stand.simulation is not None and (host is None or is_loopback(str(host)))
+    devices = stand.acquisition if isinstance(stand, RecordingStand) else (stand.controller,)
+    hosts = [getattr(one, "host", None) for one in devices]
+    return stand.simulation is not None and all(one is None or is_loopback(str(one)) for one in hosts)
 
 
 def _zero_text(path: Path) -> str:

@@ -13,7 +13,7 @@
   });
 
   async function twin(what) {
-    const said = await Desk.ask("/check/twin", { stand, what, speed: Desk.byId("speed").value });
+    const said = await Desk.ask("/check/twin", { stand, what, speed: Desk.byId("speed")?.value ?? "1" });
     Desk.byId("twin-state").textContent = said.running ? "It is being served." : "It is not being served by this desk.";
     Desk.say(said.running ? "The simulated stand can be asked." : said.was ? "The simulated stand has ended." : "This desk serves no simulated stand.");
   }
@@ -28,8 +28,8 @@
     operator: Desk.byId("operator").value,
   });
 
-  async function watched(path, content, done) {
-    Desk.say("");
+  async function watched(path, content, done, meanwhile = "") {
+    Desk.say(meanwhile);
     const ended = await Desk.watch(await Desk.ask(path, content));
     if (ended.status === 0) {
       Desk.say(done);
@@ -40,6 +40,12 @@
   on("tare", () => watched("/check/tare", { stand }, "What the channels read at rest is stored as zero."));
   for (const button of document.querySelectorAll(".jog"))
     button.addEventListener("click", () => Desk.during(button, () => watched("/check/jog", { ...typed(), by: button.dataset.by }, "It has moved.")));
+
+  on("record", () => {
+    const value = (id) => Desk.byId(id).value.trim();
+    return watched("/check/record", { stand, specimen: value("recorded"), lasting: value("lasting"), operator: value("recorder") }, "It is recorded: see Results or Archive.", "It is being recorded. Have the stand’s own controller run the test.");
+  });
+  Desk.byId("recording")?.addEventListener("submit", (event) => event.preventDefault());
 
   // Enter, as a scanner ends with, takes the id and moves nothing.
   Desk.byId("moving")?.addEventListener("submit", (event) => event.preventDefault());

@@ -146,6 +146,7 @@ export class LoopChart {
   }
 }
 
+const MARKS = [1, 5, 10, 30, 60, 300, 600, 1800, 3600, 14400, 43200];  // seconds
 export class TraceChart {
   constructor(element, colour, { least, size = 52, zoomed, pointed }) {
     this.y = new Span(least); this.window = [-30, 0]; this.text = ""; this.unit = "seconds before now"; this.written = null;
@@ -155,7 +156,7 @@ export class TraceChart {
       cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
       scales: { x: { time: false, range: () => this.window }, y: { range: () => [this.y.low, this.y.high] } },
       axes: [
-        axis(this.unit, { size: 34, incrs: [1, 5, 10, 30, 60, 300, 600, 1800, 3600, 14400, 43200], values: (u, marks) => marks.map((v) => (this.written ? this.written(v) : String(v))) }),
+        axis(this.unit, { size: 34, incrs: () => (this.written ? MARKS : [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, ...MARKS]), values: (u, marks) => marks.map((v) => (this.written ? this.written(v) : String(Number(v.toFixed(3))))) }),
         axis(this.text, { size }),
       ],
       series: [{}, line, line],

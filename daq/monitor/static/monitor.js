@@ -1,9 +1,10 @@
 // The page. Everything that comes from a campaign is text and is only ever set as text, never as markup.
 import { HeatChart, LoopChart, SENSOR_DASHES } from "./charts.js";
+import { counted } from "./counted.js";
 import * as cycles from "./cycles.js";
 import * as results from "./results.js";
 import * as rows from "./rows.js";
-import { $, clock, counted, dayAndClock, fixed, lasting, make, put, setZone, zoneName } from "./times.js";
+import { $, clock, dayAndClock, fixed, lasting, make, put, setZone, zoneName } from "./times.js";
 import * as traces from "./traces.js";
 
 const OLD_S = 1.5;          // a sample older than this is said to be old
@@ -43,7 +44,7 @@ function draw(at) {
   const twin = state.sections.twin;
   charts.loop.band = twin?.band && twin.step === state.sections.now?.step ? twin.band : null;
   charts.loop.show(before, [fine.s, fine.f], [fine.s[n - 1], fine.f[n - 1]]);
-  put("loop-legend", `bold: the last ${rows.FINE_S} s. ${loops.length ? `Thin: the last ${loops.length} whole cycle${loops.length > 1 ? "s" : ""}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
+  put("loop-legend", `Bold: the last ${rows.FINE_S} s. ${loops.length ? `Thin: the last ${counted(loops.length, "whole cycle")}.` : "Thin: the last half minute."}${charts.loop.windows.length ? ` Bars: what ${charts.loop.windows[0].standard} allows.` : ""}${charts.loop.band ? " Green: the fitted model's band." : ""}`);
   document.body.dataset.band = String(charts.loop.band?.s.length || 0);
   const moved = twin?.alarms.at(-1);
   put("twin", moved ? `Twin, step ${moved.step}: ${moved.sentence}.` : twin ? `Twin: ${counted(twin.judged, "cycle")} compared with “${twin.model}”, none of its alarms.` : "");
@@ -70,6 +71,7 @@ const show = {
   },
   zone(z) { setZone(z); put("zone", `Times of ${zoneName()}.`); for (const name of ["events", "notes", "now"]) if (state.sections[name]) show[name](state.sections[name]); },
   channels(list) { traces.setChannels(list); },
+  history() { traces.renewed(); },
   cycles(content) { cycles.show(content); cycles.setAsked(asked(content.step)); },
   loops() { state.dirty = true; },
   windows() { state.dirty = true; },
@@ -178,9 +180,9 @@ function drawRun(run, asked) {
     charts.loop.x.reset(); charts.loop.y.reset(); charts.loop.zoom = null; charts.loop.windows = [];
     charts.loop.show([[], []], [loop.s, loop.f], null);
     put("loop-legend", "");
-    traces.showRun(run.step || run.id, loop, asked);
     document.body.dataset.points = String(charts.loop.points);
   }
+  traces.showRun(run.step || run.id, run.file, asked);
   show.events(run.events.map((e) => ({ at: e.at_s === null ? "" : `${e.at_s.toFixed(1)} s`, text: e.text })));
 }
 

@@ -1,5 +1,6 @@
 // The runs of a campaign that has ended, as evaluation judges them.
-import { $, counted, fixed, make, put } from "./times.js";
+import { counted } from "./counted.js";
+import { $, fixed, make, put } from "./times.js";
 
 const state = { content: null, chosen: null, drawn: () => {} };
 
@@ -43,7 +44,7 @@ function runRow(run, index) {
 function choose(index, asked = true) {
   const run = state.content.runs[index];
   state.chosen = index;
-  [...$("runs").children].forEach((row, i) => row.classList.toggle("chosen", i === index));
+  [...$("runs").children].forEach((row, i) => { row.classList.toggle("chosen", i === index); row.setAttribute("aria-current", String(i === index)); });
   const passed = run.requirements.filter((r) => r.verdict === "pass").length;
   const lines = [run.reason && `Ended: ${run.reason}`, run.requirements.length && `${passed} of ${counted(run.requirements.length, "requirement or condition", "requirements and conditions")} passed.`, ...run.requirements.filter((r) => r.verdict !== "pass").map((r) => `${r.id}${r.cycle ? `, cycle ${r.cycle}` : ""}: ${r.verdict}${r.why ? ` (${r.why})` : ""}`), ...run.warnings.map((w) => `Warning: ${typeof w === "string" ? w : JSON.stringify(w)}`)];
   $("run-detail").replaceChildren(...lines.filter(Boolean).map((text) => make("small", "", text)));

@@ -40,7 +40,6 @@ export function make(tag, className, text) {
 }
 export function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
 export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
-export function counted(n, one, many = `${one}s`) { return `${n.toLocaleString("en")} ${n === 1 ? one : many}`; }
 export function choices(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", "", text); one.value = value; return one; }));
   select.value = entries.some(([value]) => value === chosen) ? chosen : entries[0]?.[0] ?? "";

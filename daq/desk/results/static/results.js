@@ -1,4 +1,5 @@
 // The page of results. Everything that comes from a file is text and is only ever set as text.
+import { counted } from "./counted.js";
 import { TONES, drawLoops, drawTrend } from "./drawings.js";
 
 const $ = (id) => document.getElementById(id);
@@ -24,7 +25,6 @@ function beside(value, u) {
 }
 // an uncertainty that the decimals of the figure would make nothing keeps its own
 function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
-function counted(n, one, many = `${one}s`) { return `${n} ${n === 1 ? one : many}`; }
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
 function row(cells) { const r = make("tr"); r.append(...cells); return r; }
 
