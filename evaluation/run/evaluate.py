@@ -68,7 +68,6 @@ from bufferstand.evaluation.uncertainty import (
     drum_periods_mm,
     missing_facts,
     noisy_speed_warnings,
-    record_noise,
     with_uncertainty,
 )
 
@@ -120,6 +119,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     find = partial(found_in, record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     found = with_settling(_found_without_slips(find, look_at), facts.stroke_events)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
+    prepared.look_at(samples)
 
     draws = _drawn_errors(facts, options, found)
     spoiled = _spoiled(look_at(found))
@@ -185,7 +185,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         *temperature_warnings(results, record.temperatures, numbered),
     ]
     inertial = None if added is None else (record.time_s, added.added_kN)
-    noise = None if draws is None else _noise_of_samples(samples, found)
+    noise = None if draws is None else found.prepared.noise_of_samples
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty, noise)
     extremes = doubted(run_extremes(recorded, results, draws), spoiled)
     warnings += extreme_warnings(extremes, warnings, drawn=draws is not None)
@@ -304,13 +304,6 @@ def _drawn_errors(facts: RunFacts, options: Options, found: CyclesOfRecord) -> D
 
 def _missing_facts(facts: RunFacts) -> list[str]:
     return missing_facts(facts.force_uncertainty, facts.stroke_uncertainty)
-
-
-def _noise_of_samples(samples: Record, found: CyclesOfRecord) -> Noise:
-    """Return the noise of every sample: means of some, which the cycles are found in, have less of it."""
-    if samples.time_s.size == found.record.time_s.size:
-        return found.prepared.noise
-    return record_noise(samples, None, [r.cycle for r in found.results if r.cycle.complete])
 
 
 def _with_stated(samples: Record, facts: RunFacts) -> Record:

@@ -200,7 +200,12 @@ class Noise:
     force_lines: tuple[HumLine, ...] = ()
 
 
-def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Sequence[Cycle] = ()) -> Noise:
+def record_noise(
+    record: Record,
+    inertia: InertiaForce | None = None,
+    cycles: Sequence[Cycle] = (),
+    finer: Spectrum | None = None,
+) -> Noise:
     """Return the noise of force and stroke.
 
     The noise of an acceleration is smooth, so that differences do not show it: it is added.
@@ -212,6 +217,9 @@ def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Se
         What the correction for a moving mass added.
     cycles : sequence of Cycle
         Complete ones, in order. Without them the noise is taken for white.
+    finer : Spectrum, optional
+        Density of the force's noise as found in the samples that those of the record are means of: these
+        show less of what is slower than they are, and faster than cycles differ.
     """
     time_s, forces, strokes = map(record.as_read, (record.time_s, record.force_kN, record.stroke_mm))
     force_kN, stroke_mm = noise_sigma(forces), record.stroke_sampling.sigma
@@ -219,6 +227,8 @@ def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Se
         _spectrum(time_s, values, sigma, cycles, strokes)
         for values, sigma in ((forces, force_kN), (strokes, stroke_mm))
     )
+    if force is not None and finer is not None:
+        force = replace(finer, step_s=force.step_s, lines=force.lines)
     if inertia is not None:
         added = inertia.noise_kN
         force_kN = float(np.hypot(force_kN, added))
