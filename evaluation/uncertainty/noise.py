@@ -368,9 +368,7 @@ def _by_still(
         return []
     rows = stroke_mm[: blocks * _LEAST_REST].reshape(blocks, _LEAST_REST)
     low, high = rows.min(axis=1), rows.max(axis=1)
-    still_mm = max(
-        _STILL_SIGMAS * noise_sigma(stroke_mm), _STILL_SHARE * float(np.max(high) - np.min(low))
-    )
+    still_mm = max(_STILL_SIGMAS * noise_sigma(stroke_mm), _STILL_SHARE * float(np.max(high) - np.min(low)))
     size, found = _LEAST_REST, np.zeros((0, 2), dtype=np.intp)
     while size <= _MOST_REST and low.size:
         at = np.flatnonzero(high - low <= still_mm)
