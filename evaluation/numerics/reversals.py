@@ -20,7 +20,7 @@ _LEAST_SHARE = 1e-3
 _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
 _NEXT, _SMALL_SHARE, _ONE_WAY = 1.4, 1.0 / 3.0, 16.0
-"""Swings of coloured noise have all sizes: if of those that are left more than the second lie within the first
+"""Swings of coloured noise have all sizes: if more than the second of those left lie within the first
 of the least, and most of these are less than the third of what they go back on their way, they are noise."""
 _LOOKED_AT = 32
 _REPEATED_SHARE = 0.02

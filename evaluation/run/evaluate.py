@@ -62,7 +62,6 @@ from bufferstand.evaluation.run.steps import (
 from bufferstand.evaluation.uncertainty import (
     Draws,
     MeanOfDraws,
-    Noise,
     Regression,
     draw_errors,
     drum_periods_mm,
@@ -119,9 +118,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     find = partial(found_in, record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     found = with_settling(_found_without_slips(find, look_at), facts.stroke_events)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
-    prepared.look_at(samples)
-
-    draws = _drawn_errors(facts, options, found)
+    draws = _drawn_errors(facts, options, found, samples)
     spoiled = _spoiled(look_at(found))
     division = division_without(facts.kind, results, numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
@@ -294,11 +291,12 @@ def _all_complete(results: Sequence[CycleResult], spoiled: SpoiledFigures) -> tu
     return tuple(number for number in complete if number not in spoiled.cycles) or complete
 
 
-def _drawn_errors(facts: RunFacts, options: Options, found: CyclesOfRecord) -> Draws | None:
+def _drawn_errors(facts: RunFacts, options: Options, found: CyclesOfRecord, samples: Record) -> Draws | None:
     """Return the errors of the channels, drawn; None where none are asked for or stated."""
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     if not options.draws or facts.force_uncertainty is None or not facts.stroke_uncertainty:
         return None  # spares the search for noise, hum and drift, too
+    found.prepared.look_at(samples)
     return draw_errors(*stated, options.draws, options.seed, found.added, found.prepared.own)
 
 

@@ -53,7 +53,7 @@ class Propagations(Mapping[int, CyclePropagation]):
 
     @cached_property
     def noise_of_samples(self) -> Noise:
-        """Noise of every sample as it was taken: means of some, which cycles are found in, have less of it."""
+        """Noise of every sample as it was taken: means of some have less of it."""
         if self._samples is None:
             return self.noise
         return record_noise(self._samples, None, list(self._cycles.values()))

@@ -68,8 +68,8 @@ class EnergyTerms:
     """Energies of one loop as sums over pairs of terms, shape (5 or 6, 8) [J], and their noise [J].
 
     ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``noise_up_J`` is the standard deviation of W_s by
-    noise; of what noise makes of the unloading, ``noise_shared`` times as much goes with it (slow noise is the
-    same on both branches, and takes from one what it gives to the other), ``noise_down_J`` does not.
+    noise; of what noise makes of the unloading, ``noise_shared`` times as much goes with it (slow noise is
+    the same on both branches, and takes from one what it gives to the other), ``noise_down_J`` does not.
     ``turn_J``: W_s by the fit of the turning points; ``blunt_J``: by how blunt they are, alike in all cycles.
     """
 

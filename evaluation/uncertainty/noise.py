@@ -72,7 +72,7 @@ _SLOWER = 1.5
 _STILL_SIGMAS, _STILL_SHARE = 10.0, 5e-4
 """A stroke rests that stays within so many standard deviations of its noise, or this share of its range."""
 _DECADE, _STEEPEST = 10.0, 1.0
-"""Over so much above the slowest density that is seen its slope is told; it goes on by no more than as 1/f."""
+"""Over so much above the slowest density that is seen its slope is told; it goes on by 1/f at most."""
 _BY_CHANCE = 0.25
 """Standard deviation of a density in logarithms: the mean of some 32 squares."""
 

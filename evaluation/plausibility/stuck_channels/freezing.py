@@ -20,8 +20,8 @@ from bufferstand.evaluation.plausibility.stuck_channels.held_samples import hold
 from bufferstand.foundation.numbers import quantile
 
 LEAST_ROWS, LEAST_NOISY_ROWS = 10, 4
-"""So many samples stay, and three times as many as the channel holds each of its values. Where noise moves it,
-fewer do …"""
+"""So many samples stay, and three times as many as the channel holds each of its values. Where noise moves
+it, fewer do …"""
 BY_CHANCE = 1e-6
 """… if as many alike are less likely than this, by how seldom two neighbours of the channel are alike."""
 MOVED = 0.05

@@ -22,7 +22,7 @@ STEADY = 0.25
 """In each half of the cycles it goes at this share of its mean pace at least, as no relaxation does."""
 SURE, TOLD = 3.5, 2.5
 """It is so many times what the scatter of the cycles leaves uncertain: in all, and in steps that tell; of few
-cycles more, by Student's distribution (JCGM 100, G.3): four cycles about a line tell little of their scatter."""
+cycles more, by Student's distribution (JCGM 100, G.3): four cycles tell little of their scatter."""
 _LEAST = 1e-3
 """Ends of a loop are not known better than to this share of its range, however little the cycles scatter."""
 _FEWEST = 4
@@ -123,7 +123,7 @@ def _pace(series: CycleSeries) -> _Pace:
 
 @lru_cache(maxsize=256)
 def _student(sigmas: float, free: int) -> float:
-    """Return the factor of a standard deviation that was estimated, for what so many known ones would hold."""
+    """Return the factor of an estimated standard deviation for what so many known ones would hold."""
     from scipy.special import ndtr, stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
 
     return float(stdtrit(free, ndtr(sigmas)))

@@ -225,9 +225,9 @@ def _over_first_stroke(look: RunView, rests: Sequence[UnloadedRest]) -> Finding 
     """Return a jump over the first stroke that no specimen makes of the force at rest at one stroke.
 
     It may push less than before, as it recovers. But it does not pull where it did not at rest before; nor
-    does it push more than it did on its first way in, up to a little further than where it rests now. What the
-    zero was before the motion, where the record begins with that, is told by the next way in: a zero that was
-    off all along is so in both.
+    does it push more than it did on its first way in, up to a little further than where it rests now. What
+    the zero was before the motion, where the record begins with that, is told by the next way in: a zero
+    that was off all along is so in both.
     """
     first = look.results[0].cycle
     before = [rest for rest in rests if rest.times_s[1] <= first.start.leave_s]
