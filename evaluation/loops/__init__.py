@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         overreach,
     )
     from bufferstand.evaluation.loops.first_contact import (
+        contact_decimals,
         first_shown,
     )
     from bufferstand.evaluation.loops.inertia import (
@@ -43,6 +44,7 @@ __all__ = [
     "LoopStack",
     "by_force_at_rest",
     "by_ways_out",
+    "contact_decimals",
     "correct_inertia",
     "cut_loop",
     "cut_loops",

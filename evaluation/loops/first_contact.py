@@ -170,7 +170,8 @@ def _found(
     how = "jump" if how == "step" else how
     expanded = 0.5 * (high_mm - low_mm) + 2.0 * _noise_mm(stroke, at)
     beyond = abs(place) > expanded + stated_zero_mm
-    why = f"first contact at {place:.2f} ± {expanded:.2f} mm of the recorded stroke"
+    digits = contact_decimals(expanded)
+    why = f"first contact at {place:.{digits}f} ± {expanded:.{digits}f} mm of the recorded stroke"
     return FirstContact(place, expanded, -place, level, stated_zero_mm, beyond, how, why)
 
 
@@ -380,3 +381,8 @@ def noise_of_bends(values: FloatArray) -> float:
     if values.size < _FEWEST_REST:
         return 0.0
     return 1.4826 * float(np.median(np.abs(np.diff(values, n=2)))) / float(np.sqrt(6.0))
+
+
+def contact_decimals(expanded_mm: float) -> int:
+    """Return the decimals of a place of contact [mm]: two, more in a stroke that is written in metres."""
+    return 2 if expanded_mm >= 0.005 or expanded_mm <= 0.0 else 1 - int(np.floor(np.log10(expanded_mm)))

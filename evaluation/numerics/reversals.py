@@ -19,6 +19,10 @@ _LEAST_SHARE = 1e-3
 """… and than this share of the whole stroke range of the record."""
 _LEAST_CYCLE_SHARE = 0.05
 """Reversals below this share of the largest cycle are ringing or ramp, not cycles."""
+_NEXT, _SMALL_SHARE, _ONE_WAY = 1.4, 1.0 / 3.0, 16.0
+"""Swings of coloured noise have all sizes: if more than the second of those left lie within the first
+of the least, and most of these are less than the third of what they go back on their way, they are noise."""
+_LOOKED_AT = 32
 _REPEATED_SHARE = 0.02
 _SEVERAL_SHARE = 0.005
 _COARSEST_STEP = 0.02
@@ -307,7 +311,8 @@ def find_reversals(stroke_mm: FloatArray, sampling: Sampling | None = None) -> I
     if stroke_mm.size <= _LONG:
         span = float(np.ptp(stroke_mm)) if stroke_mm.size else 0.0
         least = _least(span, sampling or sampling_of(stroke_mm))
-        return _without_small(stroke_mm, _extremes_among(stroke_mm, np.arange(stroke_mm.size)), least)[0]
+        index = _extremes_among(stroke_mm, np.arange(stroke_mm.size))
+        return _without_coloured(stroke_mm, *_without_small(stroke_mm, index, least))
     low, high = _block_extremes(stroke_mm)
     outer = _outermost(stroke_mm, low, high)
     least = _least(float(np.ptp(stroke_mm[outer])), sampling or sampling_of(stroke_mm))
@@ -318,7 +323,7 @@ def find_reversals(stroke_mm: FloatArray, sampling: Sampling | None = None) -> I
         index = _extremes_among(stroke_mm, _candidates(stroke_mm, low, high, least, smallest))
         index, wanted = _without_small(stroke_mm, index, least)
         if wanted >= smallest:
-            return index
+            return _without_coloured(stroke_mm, index, wanted)
 
 
 def _least(span_mm: float, sampling: Sampling) -> float:
@@ -335,3 +340,37 @@ def _without_small(values: FloatArray, index: IndexArray, least: float) -> tuple
         return index, least
     smallest = max(least, _LEAST_CYCLE_SHARE * _largest_cycle(values, index))
     return _remove_small(values, index, smallest), smallest
+
+
+def _without_coloured(values: FloatArray, index: IndexArray, least: float) -> IndexArray:
+    """Return those of alternating extremes that are motion where noise is no white one.
+
+    Filters, guides that stick and a stand's own control leave noise whose neighbours are alike: their
+    differences are smaller than what it swings by over many samples. A motion goes one way from turn to turn
+    but for white noise, and its cycles have one size or a few; noise goes back on its way by all that is
+    smaller than what is looked for, and has swings of every size. What it swings by is raised until none
+    are left that are just above it.
+    """
+    most = _COARSEST_STEP * float(np.ptp(values[index])) if index.size else 0.0
+    while index.size > 2 and least < most:
+        height = np.abs(np.diff(values[index]))
+        small = np.flatnonzero(height < _NEXT * least)
+        if small.size <= _SMALL_SHARE * height.size:
+            break
+        looked_at = small[:: -(-small.size // _LOOKED_AT)].tolist()
+        ratios = [_one_way(values[index[row] : index[row + 1] + 1]) for row in looked_at]
+        if quantile(np.array(ratios), 0.5) > _ONE_WAY:
+            break
+        least *= _NEXT
+        index = _remove_small(values, index, least)
+    return index
+
+
+def _one_way(swing: FloatArray) -> float:
+    """Return by how many times what a swing leaves of the nearest motion one way [rms] it moves."""
+    from scipy.optimize import isotonic_regression  # noqa: PLC0415 - slow to import, and seldom needed
+
+    rises = bool(swing[-1] > swing[0])
+    left = swing - isotonic_regression(swing, increasing=rises).x
+    rms = float(np.sqrt(np.mean(left * left)))
+    return abs(float(swing[-1] - swing[0])) / rms if rms > 0.0 else float("inf")

@@ -58,8 +58,8 @@ def look_for_implausible(look: RunView) -> tuple[Finding, ...]:
     tuple of Finding
         What is wrong with a draw wire that is not used is noted only.
     """
-    if look.samples.time_s.size < _LEAST_SAMPLES:
-        return ()
+    if look.samples.time_s.size < _LEAST_SAMPLES:  # what no stand makes shows in a single one
+        return tuple(implausible_units(look)) if look.samples.time_s.size else ()
     found: list[Finding] = []
     for detector in DETECTORS:
         wrong = {(finding.kind, finding.quantity) for finding in found}

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bufferstand.evaluation.facts import CycleResult, Finding, FirstContact, RequirementResult, RunFacts
-from bufferstand.evaluation.loops import by_force_at_rest, by_ways_out, first_shown
+from bufferstand.evaluation.loops import by_force_at_rest, by_ways_out, contact_decimals, first_shown
 from bufferstand.evaluation.record import Record
 from bufferstand.evaluation.requirements import COUNTED
 
@@ -36,6 +36,7 @@ def first_contact_of(
         return None
     wires = facts.stroke_uncertainty
     stated_mm = sum(wire.zero or 0.0 for wire in wires) / max(1, len(wires))
+    stated_mm *= _scale_of(record, facts, findings)
     moves = any(one.quantity == "force" and one.kind in _ZERO_MOVES for one in findings)
     turned = any(one.kind == "sign" and one.quantity == "force" for one in findings)
     record = replace(record, force_kN=-record.force_kN) if turned else record
@@ -49,6 +50,15 @@ def first_contact_of(
         found = by_ways_out(found, record, cycles, jumped_s)
     rest_kN = found.rest_force_kN
     return replace(found, rest_force_kN=-rest_kN) if turned and rest_kN is not None else found
+
+
+def _scale_of(record: Record, facts: RunFacts, findings: Sequence[Finding]) -> float:
+    """Return what a millimetre is in a stroke whose unit is wrong, as far as the specimen's stroke tells."""
+    length = facts.specimen.get("max_stroke_mm")
+    wrong = any(one.kind == "unit" and one.quantity == "stroke" for one in findings)
+    if not wrong or not isinstance(length, int | float) or length <= 0.0:
+        return 1.0
+    return float(np.ptp(record.stroke_mm)) / float(length)
 
 
 def contact_warnings(contact: FirstContact | None, requirements: Sequence[RequirementResult]) -> list[str]:
@@ -67,7 +77,8 @@ def contact_warnings(contact: FirstContact | None, requirements: Sequence[Requir
     if not contact.beyond:
         return []
     side = "before" if contact.stroke_mm > 0.0 else "behind"
-    text = f"{contact.why}: the stroke zero lies {abs(contact.stroke_mm):.2f} mm {side} it"
+    digits = contact_decimals(contact.expanded_uncertainty or 0.0)
+    text = f"{contact.why}: the stroke zero lies {abs(contact.stroke_mm):.{digits}f} mm {side} it"
     told = [row for row in requirements if COUNTED in row.why and row.measured is not None]
     first = [row for row in told if row.cycle == told[0].cycle]
     if not first:

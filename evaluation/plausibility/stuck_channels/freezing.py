@@ -8,6 +8,8 @@ does in no dwell: there it relaxes.
 
 from __future__ import annotations
 
+from math import ceil, log
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,8 +19,11 @@ from bufferstand.evaluation.plausibility.stuck_channels.clipping import NO_LOAD,
 from bufferstand.evaluation.plausibility.stuck_channels.held_samples import hold_of
 from bufferstand.foundation.numbers import quantile
 
-LEAST_ROWS = 10
-"""So many samples stay, and three times as many as the channel holds each of its values."""
+LEAST_ROWS, LEAST_NOISY_ROWS = 10, 4
+"""So many samples stay, and three times as many as the channel holds each of its values. Where noise moves
+it, fewer do …"""
+BY_CHANCE = 1e-6
+"""… if as many alike are less likely than this, by how seldom two neighbours of the channel are alike."""
 MOVED = 0.05
 """The other channel moves by this share of its span meanwhile …"""
 MOVED_NOISY, MOVED_SIGMAS, MOVED_STEPS = 0.01, 8.0, 2.0
@@ -56,7 +61,7 @@ def frozen(look: RunView) -> list[Finding]:
             found.append(_standing(look, channel, look.other(channel)))
             continue
         hold = hold_of(channel)
-        least = max(LEAST_ROWS, 0 if hold is None else int(_HELD * hold.rows))
+        least = max(_least_rows(channel), 0 if hold is None else int(_HELD * hold.rows))
         other = look.other(channel)
         runs = _long_enough(channel, other, channel.flat(least))
         pinned = pinned_rows(look, channel) if runs.size else frozenset()
@@ -70,6 +75,20 @@ def frozen(look: RunView) -> list[Finding]:
         cut = {value: one for value in values if (one := clipped_again(look, channel, value))}
         found += [*cut.values(), *[one for value, one in own if value not in cut][:_MOST]]
     return found
+
+
+def _least_rows(channel: Samples) -> int:
+    """Return how many samples that are alike to the last digit are none by chance.
+
+    Of N samples with independent noise, of which two neighbours are alike with the probability p, about
+    N p^(n - 1) stretches have n alike, and N p (1 - p) begin: a frozen one is one of those that p is told by.
+    """
+    count = channel.value.size
+    if not channel.is_noisy:
+        return LEAST_ROWS
+    begun = max(1, len(channel.flat(2)))
+    rows = 1.0 + log(BY_CHANCE / count) / log(min(0.5, begun / count))
+    return min(LEAST_ROWS, max(LEAST_NOISY_ROWS, ceil(rows)))
 
 
 def _stands(channel: Samples, other: Samples) -> bool:

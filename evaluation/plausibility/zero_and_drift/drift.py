@@ -12,7 +12,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
 
 from bufferstand.evaluation.facts import Finding
 from bufferstand.evaluation.numerics import FloatArray
@@ -24,10 +23,10 @@ SHARE = 0.03
 STEADY = 0.25
 """In each half of the cycles it goes at this share of its mean pace at least, as no relaxation does."""
 SURE, TOLD = 3.5, 2.5
-"""It is so many times what the scatter of the cycles leaves uncertain: in all, and in steps that tell. The
-scatter of few cycles is a poor estimate: it counts by so much more as Student's t does (JCGM 100, G.6.4)."""
+"""It is so many times what the scatter of the cycles leaves uncertain: in all, and in steps that tell; of few
+cycles more, by Student's distribution (JCGM 100, G.3): four cycles tell little of their scatter."""
 _LEAST = 1e-3
-"""No scatter is taken to be less than this share of the range."""
+"""Ends of a loop are not known better than to this share of its range, however little the cycles scatter."""
 _FEWEST = 4
 _SETTLING = 2
 """So many cycles are left out at first, of three times as many and more."""
@@ -36,13 +35,20 @@ _SETTLING = 2
 class _Pace(NamedTuple):
     """Even movement of loops [kN] in ``lasts_s``; ``slower``: its slower half over the mean.
 
-    ``u_kN`` is its standard deviation by the scatter of the cycles.
+    ``least_kN`` is a standard deviation of it that is known beforehand, ``scatter_kN`` one by what ``free``
+    degrees of freedom leave of the cycles about a line.
     """
 
     moved_kN: float
     lasts_s: float
     slower: float
-    u_kN: float
+    least_kN: float
+    scatter_kN: float
+    free: int
+
+    def within(self, sigmas: float) -> float:
+        """Return what it may be by chance [kN]."""
+        return sigmas * self.least_kN + _student(sigmas, self.free) * self.scatter_kN
 
 
 def drift_of_loops(look: RunView) -> list[Finding]:
@@ -63,19 +69,25 @@ def drift_of_loops(look: RunView) -> list[Finding]:
         return []
     start_s, end_s = float(look.force.time_s[0]), float(look.force.time_s[-1])
     rates = np.array([pace.moved_kN / pace.lasts_s for pace in paces])
-    weights = np.array([pace.lasts_s / pace.u_kN for pace in paces]) ** 2
-    size = (end_s - start_s) * float(np.sum(weights * rates) / np.sum(weights))
-    u_kN = (end_s - start_s) / float(np.sqrt(np.sum(weights)))
+    whole_s = end_s - start_s
+    weights = np.array([pace.lasts_s / (pace.least_kN + pace.scatter_kN) for pace in paces]) ** 2
+    weights /= np.sum(weights)
+    size = whole_s * float(np.dot(weights, rates))
+    least_kN, scatter_kN = (
+        whole_s * float(np.linalg.norm(weights * np.array(column) / [pace.lasts_s for pace in paces]))
+        for column in zip(*((pace.least_kN, pace.scatter_kN) for pace in paces), strict=True)
+    )
+    every = _Pace(size, whole_s, 1.0, least_kN, scatter_kN, sum(pace.free for pace in paces))
     stated = look.facts.force_uncertainty
     limit = max(SHARE * look.force.span, 0.0 if stated is None else stated.zero or 0.0)
-    told = [pace for pace in paces if abs(pace.moved_kN) > TOLD * pace.u_kN]
+    told = [pace for pace in paces if abs(pace.moved_kN) > pace.within(TOLD)]
     steady = all(pace.moved_kN * size > 0.0 and pace.slower > STEADY for pace in told)
     # A zero that drifts knows of no steps; what slows down from one to the next is a spring that settles.
-    mean = size / (end_s - start_s)
+    mean = size / whole_s
     steady &= all(
-        abs(rate - mean) <= TOLD * pace.u_kN / pace.lasts_s for pace, rate in zip(paces, rates, strict=True)
+        abs(rate - mean) <= pace.within(TOLD) / pace.lasts_s for pace, rate in zip(paces, rates, strict=True)
     )
-    if abs(size) <= max(limit, SURE * u_kN) or not steady:
+    if abs(size) <= max(limit, every.within(SURE)) or not steady:
         return []
     text = (
         f"force drifts by {size:+.3g} kN over the record: greatest and least force of the cycles move "
@@ -105,11 +117,11 @@ def _pace(series: CycleSeries) -> _Pace:
     whole, one, two = (float(fit[0]) for fit in (line, *halves))
     left = even - np.polyval(line, time)
     # Standard deviation of a movement over the whole by what the cycles scatter about the line.
-    u_kN = _LEAST * median(series.force_range) + _few(time.size - 2) * float(
-        np.sqrt(12.0 * np.dot(left, left) / (time.size - 2) / time.size)
-    )
+    free = time.size - 2
+    scatter_kN = float(np.sqrt(12.0 * np.dot(left, left) / free / time.size))
     slower = min(one / whole, two / whole) if whole else 0.0
-    return _Pace(whole * last, last, slower, u_kN)
+    least_kN = _LEAST * median(series.force_range)
+    return _Pace(whole * last, last, slower, least_kN, scatter_kN, free)
 
 
 def _by_stroke(series: CycleSeries, even: FloatArray, first: int) -> FloatArray:
@@ -119,7 +131,9 @@ def _by_stroke(series: CycleSeries, even: FloatArray, first: int) -> FloatArray:
     return np.where(even * by_stroke > 0.0, np.sign(by_stroke) * np.minimum(abs(even), abs(by_stroke)), 0.0)
 
 
-@lru_cache
-def _few(degrees_of_freedom: int) -> float:
-    """Return how much wider Student's distribution is than the normal one where a drift begins to be told."""
-    return float(stdtrit(degrees_of_freedom, ndtr(SURE))) / SURE
+@lru_cache(maxsize=256)
+def _student(sigmas: float, free: int) -> float:
+    """Return the factor of an estimated standard deviation for what so many known ones would hold."""
+    from scipy.special import ndtr, stdtrit  # noqa: PLC0415 - slow to import, and seldom needed
+
+    return float(stdtrit(free, ndtr(sigmas)))

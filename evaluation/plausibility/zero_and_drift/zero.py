@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bufferstand.evaluation.facts import Finding, FindingKind
 from bufferstand.evaluation.loops import first_shown
 from bufferstand.evaluation.numerics import FloatArray
-from bufferstand.evaluation.plausibility.run_view import RunView
+from bufferstand.evaluation.plausibility.run_view import RunView, pass_of, ways_of
 from bufferstand.evaluation.plausibility.zero_and_drift.rests import ALIKE_MM, UnloadedRest, rests_of
 from bufferstand.foundation.numbers import median
 
@@ -34,6 +34,11 @@ DRIFTS = 0.4
 """A drift moves the level within the rests, too: by this share of what their time would have it."""
 FASTER = 2.0
 """A drift that is so many times as fast between two rests as in any of them, beyond its pace, is a jump."""
+
+WAY_IN = 0.1
+"""Two ways in are compared over this share of their stroke, where a specimen softens by little …"""
+CAME_DOWN = 0.5
+"""… and the first is above by a jump if it is so by this share of it."""
 
 
 def zero_of_force(look: RunView, jumps: Sequence[Finding] = ()) -> list[Finding]:
@@ -59,7 +64,11 @@ def zero_of_force(look: RunView, jumps: Sequence[Finding] = ()) -> list[Finding]
         return []
     over = _over_first_stroke(look, rests)
     if look.facts.kind in SINGLE:
-        return [] if over is None else [over]
+        if over is not None:
+            return [over]
+        begins = look.results[0].cycle.start.leave_s
+        rested = any(rest.times_s[1] <= begins for rest in rests)
+        return [] if rested or _is_pulled(look) else _off(look, rests, lambda: False)
     moving = _moving_in(look, rests, look.results[0].cycle.top.time_s)
     if not moving and over is not None:
         moving = [over]
@@ -215,26 +224,47 @@ def _jump(look: RunView, times_s: Sequence[float], levels_kN: Sequence[float], s
 def _over_first_stroke(look: RunView, rests: Sequence[UnloadedRest]) -> Finding | None:
     """Return a jump over the first stroke that no specimen makes of the force at rest at one stroke.
 
-    It may push less than before, as it recovers. But it does not pull; nor does it push more than it did on
-    its first way in, up to a little further than where it rests now.
+    It may push less than before, as it recovers. But it does not pull where it did not at rest before; nor
+    does it push more than it did on its first way in, up to a little further than where it rests now. What
+    the zero was before the motion, where the record begins with that, is told by the next way in: a zero
+    that was off all along is so in both.
     """
     first = look.results[0].cycle
     before = [rest for rest in rests if rest.times_s[1] <= first.start.leave_s]
     after = [rest for rest in rests if rest.times_s[0] >= first.end.time_s]
-    low_kN, high_kN = look.force.ends
-    if not after or -low_kN > high_kN:  # what is pulled
+    if not after or _is_pulled(look):
         return None
     two, met_kN = after[0], _met(look, after[0].stroke_mm + ALIKE_MM)
-    if not before:  # the record begins with the motion, or within it
+    rested = bool(before)
+    if not rested:  # the record begins with the motion, or within it
         begun_s = first.start.time_s
         before = [UnloadedRest(two.stroke_mm, (begun_s, begun_s), (met_kN, met_kN), two.u_kN)]
     one = before[-1]
     was, is_now = one.levels_kN[1], two.levels_kN[0]
     limit = _limit(look, UNSTATED, free=_free(look, [one, two])) + SURE * (one.u_kN + two.u_kN)
-    pulls = is_now < -limit and was - is_now > limit
+    pulls = is_now < -limit and was - is_now > limit and (rested or _came_down(look, is_now))
     if not np.isfinite(was) or (not pulls and is_now - max(was, met_kN) <= limit):
         return None
     return _jump(look, (one.times_s[1], two.times_s[0]), (was, is_now), is_now - was)
+
+
+def _came_down(look: RunView, is_now_kN: float) -> bool:
+    """Say whether the first way in, where it begins, was above the next one by most of what pulls now."""
+    loadings = [way for way in ways_of([result.cycle for result in look.results]) if way.way > 0][:2]
+    passes = [one for one in (pass_of(look, way) for way in loadings) if one.stroke_mm.size]
+    if len(passes) < 2:
+        return False
+    low_mm = max(float(one.stroke_mm[0]) for one in passes)
+    high_mm = min(float(one.stroke_mm[-1]) for one in passes)
+    at_mm = low_mm + WAY_IN * (high_mm - low_mm) * np.linspace(0.2, 1.0, 20)
+    first, later = (np.interp(at_mm, one.stroke_mm, one.force_kN) for one in passes)
+    return bool(np.median(first - later) > CAME_DOWN * -is_now_kN)
+
+
+def _is_pulled(look: RunView) -> bool:
+    """Say whether the force is that of a specimen that is pulled."""
+    low_kN, high_kN = look.force.ends
+    return -low_kN > high_kN
 
 
 def _met(look: RunView, up_to_mm: float) -> float:
