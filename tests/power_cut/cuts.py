@@ -139,8 +139,9 @@ def _said(root: Path) -> Iterator[str]:
         said = here(*words)
         if "Traceback" in said.stderr or said.returncode not in (0, 2):
             yield f"{words[0]}: exit status {said.returncode}: {said.stderr[-300:]}"
-        elif said.returncode == 2 and any(root.rglob("*.h5")):
-            yield f"{words[0]}: {said.stderr[-300:]}"
+        # What was not acknowledged may have come to the disk behind a gap: it is kept apart, and told.
+        elif said.returncode == 2 and any(root.rglob("*.h5")) and not any(root.rglob("*.journal-damaged*")):
+            yield f"{words[0]}: {(said.stdout + said.stderr)[-400:]}"
 
 
 def _goes_on(root: Path, promise: Promised) -> Iterator[str]:

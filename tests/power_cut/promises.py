@@ -16,7 +16,7 @@ from bufferstand.daq.campaign_folder.folder import load_record
 from bufferstand.daq.operator.notes import NOTES_NAME, read_notes
 from bufferstand.daq.strokes.stroke_rows import STROKES_NAME, read_strokes
 from bufferstand.evaluation.report.source.number_range import COLUMNS
-from bufferstand.recording.content import Anchor, Event
+from bufferstand.recording.content import Anchor, Event, main_stream
 from bufferstand.recording.runfile.file import open_run
 from bufferstand.recording.runfile.run import Run
 from bufferstand.recording.sealing.verification import verify
@@ -117,7 +117,7 @@ def _broken_runs(root: Path, promise: Promised, evidence: Mapping[str, Given]) -
         if not path.is_file():
             yield f"{path.name}: a run that was recording is lost"
     for path in sorted(root.rglob("*")):
-        if path.name.endswith((".tmp", ".journal")) or ".journal." in path.name:
+        if path.name.endswith((".h5.tmp", ".journal.tmp", ".journal")) or ".journal." in path.name:
             yield f"{path.name}: left behind"
     for run_id, given in evidence.items():
         for path in root.rglob(f"{run_id}.h5"):
@@ -129,7 +129,7 @@ def _broken_runs(root: Path, promise: Promised, evidence: Mapping[str, Given]) -
 
 
 def _broken_run(run: Run, given: Given, promise: Promised) -> Iterator[str]:
-    leading = next(iter(run.metadata["streams"]))
+    leading = main_stream(run.metadata["streams"])
     safe = promise.samples.get(run.id, 0)
     rows = run.streams[leading].rows if leading in run.streams else 0
     if rows < safe:
@@ -158,17 +158,36 @@ def _broken_whole(path: Path, states: list[bytes]) -> Iterator[str]:
     there = path.read_bytes() if path.is_file() else None
     if there is None:
         yield f"{path.name}: is lost"
+    elif path.name == "campaign.json":
+        yield from _broken_record(path, states)
     elif there not in states:
         yield f"{path.name}: reads as neither what was promised nor what was being written"
-    if there is not None and path.name == "campaign.json":
-        record = load_record(path.parent)
-        assert record is not None
-        for place, text in record.inputs.items():
-            copy = path.parent / "inputs" / place
-            if not Path(place).is_absolute() and (
-                not copy.is_file() or copy.read_bytes().replace(b"\r\n", b"\n") != text.encode()
-            ):
-                yield f"inputs/{place}: the copy is lost or altered"
+
+
+def _broken_record(path: Path, states: list[bytes]) -> Iterator[str]:
+    """Compare what the recovery made of the record: what it says of starts and complete steps must stay."""
+    record = load_record(path.parent)
+    assert record is not None
+    was = json.loads(states[0])
+    over = {one["plan_hash"] for one in was["steps"] if one["status"] in ("complete", "skipped")}
+    if lost := over - {step.plan_hash for step in record.steps if step.over}:
+        yield f"campaign.json: {len(lost)} steps that were complete are not"
+    if json.loads(json.dumps(record.starts[: len(was["starts"])])) != was["starts"] and not _goes_on_from(
+        states[1:], record.starts
+    ):
+        yield "campaign.json: its starts are not those that were promised"
+    for place, text in record.inputs.items():
+        copy = path.parent / "inputs" / place
+        if not Path(place).is_absolute() and (
+            not copy.is_file() or copy.read_bytes().replace(b"\r\n", b"\n") != text.encode()
+        ):
+            yield f"inputs/{place}: the copy is lost or altered"
+
+
+def _goes_on_from(states: list[bytes], starts: Any) -> bool:
+    """Return whether the record is one that was being written when the power was cut."""
+    last = [json.loads(one)["starts"] for one in states]
+    return any(json.loads(json.dumps(starts[: len(one)])) == one for one in last)
 
 
 def _broken_lines(path: Path, must: list[bytes], may: list[bytes]) -> Iterator[str]:
