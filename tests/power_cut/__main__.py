@@ -23,7 +23,7 @@ def main(words: list[str] | None = None) -> int:
     asked = parser.parse_args(words)
     if asked.cuts < 1 or asked.first < 0:
         parser.error("--cuts is 1 or more, --first is 0 or more")
-    from tests.power_cut.cuts import cut  # noqa: PLC0415 - after what the environment says
+    from tests.power_cut.cuts import cut
 
     began_s = time.monotonic()
     failed: list[str] = []
@@ -41,7 +41,9 @@ def main(words: list[str] | None = None) -> int:
     print(file=sys.stderr)
     for name, count in counts.items():
         print(f"{count:6d}  {name}")
-    print(f"{asked.cuts} cuts, {len(failed)} with a loss, seed {asked.seed}, {time.monotonic() - began_s:.0f} s")
+    print(
+        f"{asked.cuts} cuts, {len(failed)} with a loss, seed {asked.seed}, {time.monotonic() - began_s:.0f} s"
+    )
     return int(bool(failed))
 
 

@@ -24,7 +24,7 @@ from tests.daq.run_in_process import facts_of, sample_plan
 from tests.main_job.conftest import here
 from tests.power_cut.disk import MANNERS, Leaves, after_cut, put_on
 from tests.power_cut.promises import Promised, broken, promised
-from tests.power_cut.tape import SyncBegins, Synced, Tape, Told, Written, taped
+from tests.power_cut.tape import SyncBegins, Synced, Tape, Told, taped
 from tests.power_cut.workloads import Done
 
 TWICE = 0.3
@@ -56,7 +56,9 @@ class Cut:
     def line(self) -> str:
         """Return it as a person says it, with what was lost."""
         again = ", and again while recovering" if self.twice else ""
-        head = f"cut {self.number}: {self.workload} after {self.moment} of {self.of} ({self.manner.name}{again})"
+        head = (
+            f"cut {self.number}: {self.workload} after {self.moment} of {self.of} ({self.manner.name}{again})"
+        )
         return "\n".join([head, *(f"  {one}" for one in self.losses)])
 
 
@@ -73,9 +75,11 @@ def cut(done: Done, workload: str, seed: int, number: int) -> Cut:
         if draw.random() < TWICE:
             made.twice = True
             with taped(root) as recovering:
-                made.losses += _recovered(root)
+                made.losses += _caught(root)
             again = Random(draw.random())
-            nodes = after_cut(recovering, again.randrange(len(recovering.entries) + 1), again.choice(MANNERS), again)
+            nodes = after_cut(
+                recovering, again.randrange(len(recovering.entries) + 1), again.choice(MANNERS), again
+            )
             with _folder() as other:
                 put_on(nodes, other)
                 made.losses += _judged(other, promise, done)
@@ -102,13 +106,21 @@ def _folder() -> Iterator[Path]:
 
 
 def _judged(root: Path, promise: Promised, done: Done) -> Iterator[str]:
+    yield from _caught(root)
     try:
-        yield from _recovered(root)
         yield from broken(root, promise, done.evidence)
         yield from _said(root)
         yield from _goes_on(root, promise)
     except Exception as error:  # noqa: BLE001 - whatever it is: after a power cut there is no traceback
         yield f"{type(error).__name__}: {error}".replace(str(root), "")
+
+
+def _caught(root: Path) -> list[str]:
+    """Recover; what that refuses, or ends with, is a loss."""
+    try:
+        return _recovered(root)
+    except Exception as error:  # noqa: BLE001 - whatever it is
+        return [f"recovering: {type(error).__name__}: {error}".replace(str(root), "")]
 
 
 def _recovered(root: Path) -> list[str]:
@@ -182,7 +194,9 @@ def _goes_on(root: Path, promise: Promised) -> Iterator[str]:
 def _numbered(register: Path) -> str:
     now = datetime(2026, 3, 2, tzinfo=UTC)
     try:
-        return number_of_range("PB-{year}-{running:04}", register, year=now.year, evaluation="f" * 64, report="c")
+        return number_of_range(
+            "PB-{year}-{running:04}", register, year=now.year, evaluation="f" * 64, report="c"
+        )
     except BadInput as refused:  # a line that was torn in its middle: the message says what to do
         if "mend the line" not in str(refused):
             raise

@@ -17,7 +17,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from tests.power_cut.tape import ROOT, Entry, Gone, Made, Moved, Node, Sized, SyncBegins, Synced, Tape, Written
+from tests.power_cut.tape import (
+    ROOT,
+    Entry,
+    Gone,
+    Made,
+    Moved,
+    Node,
+    Sized,
+    SyncBegins,
+    Synced,
+    Tape,
+    Written,
+)
 
 SECTOR = 512
 NAMES = Made | Gone | Moved
@@ -114,7 +126,7 @@ def _give_names(
             nodes[entry.node] = Node(entry.is_folder)
         folders = {entry.folder, entry.to_folder} if isinstance(entry, Moved) else {entry.folder}
         if not any(at < certain.get(folder, 0) for folder in folders):
-            if manner.in_order and left and draw.random() < 1.0 - manner.names ** 0.3:
+            if manner.in_order and left and draw.random() < 1.0 - manner.names**0.3:
                 left = 0.0  # and nothing after it
             if not left or (not manner.in_order and draw.random() >= manner.names):
                 continue
@@ -152,7 +164,9 @@ def _fill(
     node: Node, entries: Sequence[Entry], number: int, certain: int, manner: Leaves, draw: Random
 ) -> None:
     """Give a file its content: what is certain, and of what came after it what the manner leaves."""
-    own = [(at, one) for at, one in enumerate(entries) if isinstance(one, Written | Sized) and one.node == number]
+    own = [
+        (at, one) for at, one in enumerate(entries) if isinstance(one, Written | Sized) and one.node == number
+    ]
     for at, entry in own:
         if at < certain:
             _do(node, entry)

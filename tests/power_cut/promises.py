@@ -52,7 +52,9 @@ class Promised:
     samples: dict[str, int] = field(default_factory=dict)
     closed: dict[str, str] = field(default_factory=dict)
     whole: dict[str, list[bytes]] = field(default_factory=lambda: defaultdict(list))
-    lines: dict[str, tuple[list[bytes], list[bytes]]] = field(default_factory=lambda: defaultdict(lambda: ([], [])))
+    lines: dict[str, tuple[list[bytes], list[bytes]]] = field(
+        default_factory=lambda: defaultdict(lambda: ([], []))
+    )
     kept: list[tuple[str, Mapping[str, str]]] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
 
@@ -88,7 +90,11 @@ def promised(tape: Tape, moment: int) -> Promised:
             found.kept.append(entry.content)
         elif entry.what == "imported":
             found.files.append(entry.content)
-    told = {entry.content[0] for entry in tape.entries[:moment] if isinstance(entry, Told) and entry.what == "whole"}
+    told = {
+        entry.content[0]
+        for entry in tape.entries[:moment]
+        if isinstance(entry, Told) and entry.what == "whole"
+    }
     found.whole = {place: states for place, states in found.whole.items() if place in told}
     return found
 

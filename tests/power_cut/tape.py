@@ -176,7 +176,10 @@ class _Recording:
 
     def node(self, path: Any) -> int | None:
         """Return the number of what has a path; None where it is not followed."""
-        if not isinstance(path, int) and Path(os.path.normpath(Path.cwd() / os.fsdecode(path))) == self.tape.root:
+        if (
+            not isinstance(path, int)
+            and Path(os.path.normpath(Path.cwd() / os.fsdecode(path))) == self.tape.root
+        ):
             return ROOT
         place = self.place(path)
         return None if place is None else self.names.get(place[0], {}).get(place[1])
@@ -321,7 +324,9 @@ def _calls(recording: _Recording) -> dict[str, Callable[..., Any]]:
     lock = recording.lock
 
     def open_(path: Any, flags: int, mode: int = 0o777, *, dir_fd: int | None = None) -> int:
-        assert dir_fd is None or recording.place(path) is None, f"{path}: a name relative to a folder's handle"
+        assert dir_fd is None or recording.place(path) is None, (
+            f"{path}: a name relative to a folder's handle"
+        )
         with lock:
             was_there = os.path.lexists(path)
             handle = int(real["open"](path, flags, mode, dir_fd=dir_fd))
@@ -409,6 +414,6 @@ def _number(handle: Any) -> int:
 
 
 def _appends(handle: int) -> bool:
-    import fcntl  # noqa: PLC0415 - Windows has none, and no such tape
+    import fcntl
 
     return bool(fcntl.fcntl(handle, fcntl.F_GETFL) & _APPENDING) and stat.S_ISREG(os.fstat(handle).st_mode)

@@ -46,7 +46,9 @@ def made(workload: str, before: Callable[[], object] = list) -> Done:
     sys.stdout.flush()
     sys.stderr.flush()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of a fork beside threads: they have no part in it
+        warnings.simplefilter(
+            "ignore", DeprecationWarning
+        )  # of a fork beside threads: they have no part in it
         child = os.fork()
     if child == 0:
         status = 1

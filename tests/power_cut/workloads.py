@@ -34,8 +34,8 @@ from bufferstand.model.file import load_model
 from bufferstand.protocols.prediction.predictor import ModelPredictor
 from bufferstand.recording.foreign.importing import import_file
 from bufferstand.recording.journal import JournalFile
-from tests.main_job.conftest import here
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
+from tests.main_job.conftest import here
 from tests.power_cut.tape import Tape, taped
 from tests.recording import samples
 from tests.worlds.computer import Computer, Disk, Evidence, VirtualRecorder
@@ -159,7 +159,9 @@ def recordings(root: Path) -> Done:
     runs.mkdir()
     with taped(root) as tape:
         done = Done(tape)
-        for number, (disk, segment_bytes) in enumerate([(Disk(), 12_000), (_AilingDisk(), 1 << 30), (Disk(), 1 << 30)]):
+        for number, (disk, segment_bytes) in enumerate(
+            [(Disk(), 12_000), (_AilingDisk(), 1 << 30), (Disk(), 1 << 30)]
+        ):
             clock = _Clock()
             computer = Computer(clock, disk)  # type: ignore[arg-type]
             run_id = f"run-{number + 1}"
@@ -191,7 +193,7 @@ def campaign(root: Path) -> Done:
         done = Done(tape)
         _follow_files(tape)
         out = root / "out"
-        plan, stand_file = sample_plan(root / "lab" / "campaign.toml")
+        _, stand_file = sample_plan(root / "lab" / "campaign.toml")
         opened = open_in_process(stand_file)
         computer = Computer(opened.clock)
         computer.take_over()
@@ -269,13 +271,19 @@ def by_hand(root: Path) -> Done:
         done = Done(tape)
         _follow_files(tape)
         for number in range(4):
-            assert here("note", root / "out", f"note {number}: " + "as seen on the plate " * 20).returncode == 0
+            assert (
+                here("note", root / "out", f"note {number}: " + "as seen on the plate " * 20).returncode == 0
+            )
             found = ChannelZero(name="force", unit="kN", value=0.1 * number, u=0.01)
             zero = Zero(how="tare", found=datetime(2026, 3, 1, 8, number, tzinfo=UTC), channel=(found,))
             zero_file.store_zero(lab / "stand.toml", zero)
             zero_file.keep_zero(root / "out", zero)
             number_range.number_of_range(
-                "PB-{year}-{running:04}", lab / "numbers.csv", year=2026, evaluation=f"{number:064x}", report="c"
+                "PB-{year}-{running:04}",
+                lab / "numbers.csv",
+                year=2026,
+                evaluation=f"{number:064x}",
+                report="c",
             )
             if number == 1:
                 path = import_file(lab / "record.csv", root / "imported").path
