@@ -156,6 +156,7 @@ SLOW = (
     "tests/model_export/test_library.py",
     "tests/monitor/test_browser.py",
     "tests/peers/",
+    "tests/power_cut/",
     "tests/public_records/",
     "tests/record_only/",
     "tests/two_programs/",

@@ -182,7 +182,9 @@ class CampaignFolder:
         self.path = path
         self.runs = path / RUNS_NAME
         try:
-            make_folder(self.path)  # also where an earlier start, killed, has left it: its name must be on the disk
+            make_folder(
+                self.path
+            )  # also where an earlier start, killed, has left it: its name must be on the disk
             make_folder(self.runs)
         except OSError as error:
             raise BadInput(f"the folder cannot be made: {error.strerror}", file=path) from None

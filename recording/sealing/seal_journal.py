@@ -178,7 +178,7 @@ def _journal_of(left: Path) -> Path:
 
 
 def _sealed_before(run_file: Path, metadata: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return what the run file was sealed from if an earlier attempt got so far; refuse to replace another run.
+    """Return what the run file was sealed from, if an earlier attempt got so far; refuse another run.
 
     After a loss of power a journal may hold less than when it was sealed: what a disk refused to synchronise
     is gone from the file that was given up for the next, and so is what lay behind a cut.

@@ -1,4 +1,4 @@
-"""One power cut: a moment, what the disk has left, what the software makes of it, and whether that is right."""
+"""One power cut: a moment, what the disk has left, what the software makes of it, and is that right."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 from random import Random
 
@@ -159,45 +158,44 @@ def _said(root: Path) -> Iterator[str]:
 def _goes_on(root: Path, promise: Promised) -> Iterator[str]:
     """Write on, as a resumed campaign does: nothing of before and nothing new may be lost by it."""
     out = root / "out"
-    for place, (must, may) in promise.lines.items():
+    for place, (must, _) in promise.lines.items():
         path = root / place
-        if not must and not path.exists():
-            continue
-        if path.name == NOTES_NAME:
-            add_note(out, "after the cut")
-        elif path.name == AS_RUN_NAME and (rows := read_as_run(out)):
-            add_as_run(out, rows[0])
-        elif path.name == STROKES_NAME and read_strokes(out):
-            add_strokes(out, 9, "after the cut", (), {})
-        elif path.suffix == ".csv":
-            given = {line.split(b",")[0].decode() for line in [*must, *may]}
-            number = _numbered(path)
-            if number.encode() in {line.split(b",")[0] for line in must}:
-                yield f"{path.name}: {number} was given again"
-            assert number and given
-        else:
+        if (not must and not path.exists()) or not _added(path):
             continue
         there = path.read_bytes().replace(b"\r", b"").split(b"\n")
         if there[-1] or not there[-2]:
             yield f"{path.name}: the line that was added does not stand by itself"
         if lost := [line for line in must if line not in there]:
             yield f"{path.name}: adding a line lost {len(lost)} others"
-        if path.name in (NOTES_NAME, AS_RUN_NAME, STROKES_NAME) and not there[-2].startswith(b"{"):
+        if path.suffix == ".jsonl" and not there[-2].startswith(b"{"):
             yield f"{path.name}: the line that was added is glued to one that was torn"
-    with suppress(FileNotFoundError):
-        if (out / ZERO_NAME).exists():
-            kept_zero(out)
+        numbers = [line.split(b",")[0] for line in there[1:] if line]
+        if path.suffix == ".csv" and len(set(numbers)) < len(numbers):
+            yield f"{path.name}: a number was given twice"
+    if (out / ZERO_NAME).exists():
+        kept_zero(out)
     for path in root.rglob(f"*{STORED_SUFFIX}"):
         stored_zero(path.with_name(path.name.removesuffix(STORED_SUFFIX) + ".toml"))
 
 
-def _numbered(register: Path) -> str:
-    now = datetime(2026, 3, 2, tzinfo=UTC)
+def _added(path: Path) -> bool:
+    """Add a line to a file in the way of its own; return whether there was something to add."""
+    if path.name == NOTES_NAME:
+        add_note(path.parent, "after the cut")
+    elif path.name == AS_RUN_NAME and (rows := read_as_run(path.parent)):
+        add_as_run(path.parent, rows[0])
+    elif path.name == STROKES_NAME and read_strokes(path.parent):
+        add_strokes(path.parent, 9, "after the cut", (), {})
+    elif path.suffix == ".csv":
+        _take_number(path)
+    else:
+        return False
+    return True
+
+
+def _take_number(register: Path) -> None:
     try:
-        return number_of_range(
-            "PB-{year}-{running:04}", register, year=now.year, evaluation="f" * 64, report="c"
-        )
-    except BadInput as refused:  # a line that was torn in its middle: the message says what to do
+        number_of_range("PB-{year}-{running:04}", register, year=2026, evaluation="f" * 64, report="c")
+    except BadInput as refused:  # a line that was torn: the message says what to do
         if "mend the line" not in str(refused):
             raise
-        return "refused"

@@ -122,7 +122,7 @@ def _broken_runs(root: Path, promise: Promised, evidence: Mapping[str, Given]) -
         path = (root / journal).with_suffix(".h5")
         if not path.is_file():
             yield f"{path.name}: a run that was recording is lost"
-    for path in sorted(root.rglob("*")):
+    for path in sorted(root.rglob("runs/*")):
         if path.name.endswith((".h5.tmp", ".journal.tmp", ".journal")) or ".journal." in path.name:
             yield f"{path.name}: left behind"
     for run_id, given in evidence.items():

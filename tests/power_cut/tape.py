@@ -282,7 +282,7 @@ def taped(root: Path) -> Iterator[Tape]:
         replaced.append((owner, name, getattr(owner, name)))
         setattr(owner, name, new)
 
-    for name, new in _calls(recording).items():
+    for name, new in {**_calls(recording), **_names(recording)}.items():
         put(os, name, new)
     put(io, "open", opener := _opener(recording))
     put(builtins, "open", opener)
@@ -316,11 +316,10 @@ def _opener(recording: _Recording) -> Callable[..., Any]:
 
 
 def _calls(recording: _Recording) -> dict[str, Callable[..., Any]]:
-    """Return the calls of ``os`` that change a disk, each followed by its entry on the tape."""
-    real = {name: getattr(os, name) for name in (
-        "open", "close", "write", "pwrite", "ftruncate", "truncate", "posix_fallocate", "fsync", "fdatasync",
-        "rename", "replace", "unlink", "link", "mkdir", "rmdir",
-    )}  # fmt: skip
+    """Return the calls of ``os`` on open files, each followed by its entry on the tape."""
+    names = ("open", "close", "write", "pwrite", "ftruncate", "truncate")
+    names += ("posix_fallocate", "fsync", "fdatasync")
+    real = {name: getattr(os, name) for name in names}
     lock = recording.lock
 
     def open_(path: Any, flags: int, mode: int = 0o777, *, dir_fd: int | None = None) -> int:
@@ -370,6 +369,24 @@ def _calls(recording: _Recording) -> dict[str, Callable[..., Any]]:
             real["posix_fallocate"](handle, offset, size)
             recording.sized(handle, offset + size, at_least=True)
 
+    return {
+        "open": open_,
+        "close": close,
+        "write": write,
+        "pwrite": pwrite,
+        "ftruncate": ftruncate,
+        "truncate": truncate,
+        "posix_fallocate": fallocate,
+        "fsync": lambda handle: recording.sync(_number(handle), real["fsync"]),
+        "fdatasync": lambda handle: recording.sync(_number(handle), real["fdatasync"]),
+    }
+
+
+def _names(recording: _Recording) -> dict[str, Callable[..., Any]]:
+    """Return the calls of ``os`` that change names, each followed by its entry on the tape."""
+    real = {name: getattr(os, name) for name in ("rename", "replace", "unlink", "link", "mkdir", "rmdir")}
+    lock = recording.lock
+
     def mkdir(path: Any, mode: int = 0o777, *, dir_fd: int | None = None) -> None:
         with lock:
             real["mkdir"](path, mode, dir_fd=dir_fd)
@@ -400,13 +417,14 @@ def _calls(recording: _Recording) -> dict[str, Callable[..., Any]]:
         return drop
 
     return {
-        "open": open_, "close": close, "write": write, "pwrite": pwrite, "ftruncate": ftruncate,
-        "truncate": truncate, "posix_fallocate": fallocate, "mkdir": mkdir, "link": link,
-        "rename": moving("rename"), "replace": moving("replace"),
-        "unlink": dropping("unlink"), "remove": dropping("unlink"), "rmdir": dropping("rmdir"),
-        "fsync": lambda handle: recording.sync(_number(handle), real["fsync"]),
-        "fdatasync": lambda handle: recording.sync(_number(handle), real["fdatasync"]),
-    }  # fmt: skip
+        "mkdir": mkdir,
+        "link": link,
+        "rename": moving("rename"),
+        "replace": moving("replace"),
+        "unlink": dropping("unlink"),
+        "remove": dropping("unlink"),
+        "rmdir": dropping("rmdir"),
+    }
 
 
 def _number(handle: Any) -> int:

@@ -130,7 +130,7 @@ def test_a_folder_in_one_that_may_not_be_read_can_be_used(
 
 
 def sealed_beside_its_journals(folder: Path, kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Record a run over two segments, seal it, and put its journals back as a loss of power may leave them."""
+    """Record a run over two segments, seal it, and keep its journals apart."""
     from bufferstand.recording.sealing import seal_journal
 
     monkeypatch.setattr(seal_journal, "remove_journal", lambda path: shutil.move(path, kept / path.name))
