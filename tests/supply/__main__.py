@@ -1,4 +1,4 @@
-"""What the project is made of: ``python -m tests.supply sbom FILE.json``, ``validate FILE.json``, ``licences``."""
+"""What the project is made of: ``python -m tests.supply sbom FILE.json|validate FILE.json|licences``."""
 
 from __future__ import annotations
 
