@@ -7,6 +7,8 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import wraps
 from pathlib import Path
 from typing import Any, Literal, TextIO, TypeVar
 
@@ -82,8 +84,58 @@ def monitor_address(context: click.Context, parameter: click.Parameter, value: s
     return parse_address(value)
 
 
+def encryption_options(address: str) -> Callable[[Function], Function]:
+    """Return the options ``--certificate``, ``--key`` and ``--unencrypted`` of a page.
+
+    Parameters
+    ----------
+    address : str
+        Parameter of the command that has the page's address; what they say is put into that.
+    """
+
+    def add(function: Function) -> Function:
+        @wraps(function)
+        def command(*words: Any, **named: Any) -> Any:
+            chain, key, unencrypted = (named.pop(name) for name in ("certificate", "key", "unencrypted"))
+            if named[address] is not None:
+                from bufferstand.daq.monitor import certificate_of  # noqa: PLC0415 - only where a page is wanted
+
+                page = replace(
+                    named[address], certificate=certificate_of(chain, key), unencrypted=unencrypted
+                )
+                page.demand_encryption()
+                named[address] = page
+            elif chain or key or unencrypted:
+                raise click.UsageError("--certificate, --key and --unencrypted are of a page: add --monitor")
+            return function(*words, **named)
+
+        for option in (
+            click.option(
+                "--unencrypted",
+                is_flag=True,
+                help="Serve the page unencrypted at another address than this computer's own.",
+            ),
+            click.option(
+                "--key",
+                metavar="FILE.pem",
+                type=FILE,
+                help="The certificate's private key, without password.",
+            ),
+            click.option(
+                "--certificate",
+                metavar="FILE.pem",
+                type=FILE,
+                help="Serve the page encrypted (https), by this certificate.",
+            ),
+        ):
+            command = option(command)
+        return command
+
+    return add
+
+
 def monitor_option(function: Function) -> Function:
-    """Add the option ``--monitor [HOST:PORT]``."""
+    """Add the option ``--monitor [HOST:PORT]``, and those of how the page is encrypted."""
     return click.option(
         "--monitor",
         metavar="[HOST:PORT]",
@@ -92,7 +144,7 @@ def monitor_option(function: Function) -> Function:
         default=None,
         callback=monitor_address,
         help="Live page in the browser (default 127.0.0.1:8420); write it behind the file's name.",
-    )(function)
+    )(encryption_options("monitor")(function))
 
 
 def ambient_option(help_text: str) -> Callable[[Function], Function]:

@@ -158,6 +158,7 @@ SLOW = (
     "tests/monitor/test_accessible.py",
     "tests/monitor/test_browser.py",
     "tests/peers/",
+    "tests/power_cut/",
     "tests/public_records/",
     "tests/record_only/",
     "tests/two_programs/",

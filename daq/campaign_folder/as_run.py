@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 
 from bufferstand.daq.warm_up import WarmUpOutcome
 from bufferstand.foundation import BadInput, counted, duration_text
-from bufferstand.foundation.files import json_lines, typed
+from bufferstand.foundation.files import append_line, json_lines, typed
 from bufferstand.protocols.prediction import Observation
 from bufferstand.recording.runfile import Run, open_run
 
@@ -162,13 +161,7 @@ def add_as_run(folder: Path, row: AsRun) -> None:
     OSError
         If the disk does not take it.
     """
-    line = json.dumps(asdict(row), ensure_ascii=False) + "\n"
-    descriptor = os.open(folder / AS_RUN_NAME, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-    try:
-        os.write(descriptor, line.encode())
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    append_line(folder / AS_RUN_NAME, json.dumps(asdict(row), ensure_ascii=False))
 
 
 def read_as_run(folder: Path) -> tuple[AsRun, ...]:

@@ -17,12 +17,11 @@ from bufferstand.daq.campaign_folder.inputs import (
     edits_between,
     keep_before,
     read_inputs,
-    write_whole,
 )
 from bufferstand.daq.campaign_folder.step_matching import same_steps
 from bufferstand.daq.campaign_folder.stored_forms import StoredPlan, StoredStart
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.files import json_object, typed
+from bufferstand.foundation.files import json_object, make_folder, typed, write_whole
 from bufferstand.foundation.settings import read_text
 from bufferstand.protocols.planning import Plan
 from bufferstand.protocols.steps import PlannedStep
@@ -183,7 +182,10 @@ class CampaignFolder:
         self.path = path
         self.runs = path / RUNS_NAME
         try:
-            self.runs.mkdir(parents=True, exist_ok=True)
+            make_folder(
+                self.path
+            )  # also where an earlier start, killed, has left it: its name must be on the disk
+            make_folder(self.runs)
         except OSError as error:
             raise BadInput(f"the folder cannot be made: {error.strerror}", file=path) from None
 

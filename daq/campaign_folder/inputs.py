@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bufferstand.foundation.files import make_folder, write_whole
 from bufferstand.foundation.settings import NotToml, read_text, toml_content
 
 INPUTS_NAME = "inputs"
@@ -148,21 +149,6 @@ def keep_before(texts: Mapping[str, str], folder: Path, stamp: str) -> str:
     return place.as_posix()
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write beside, bring to the disk, rename: a reader sees the old or the new, never half."""
-    beside = path.with_name(f".{path.name}.new")
-    with beside.open("wb") as stream:
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
-    beside.replace(path)
-    descriptor = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def _replace(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write the new ones first, each whole, then drop those that are no longer named."""
     inputs = folder / INPUTS_NAME
@@ -177,7 +163,7 @@ def _replace(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_whole(path, content)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -29,7 +30,9 @@ PARTS: tuple[str, ...] = ("bufferstand.daq.desk.reports", "bufferstand.daq.desk.
 """Packages with pages of their own, and their ``templates`` and ``static``."""
 
 
-def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[ASGIApp, Jobs]:
+def desk_app(
+    folder: Folder, access: Access, host: str, cookie: str, *, encryption: Sequence[str] = ()
+) -> tuple[ASGIApp, Jobs]:
     """Return the application, and the jobs that end with it.
 
     Parameters
@@ -42,6 +45,8 @@ def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[AS
         Where it is served.
     cookie : str
         Name of the session's cookie.
+    encryption : sequence of str
+        Options of how pages are served there, for the live page of a campaign.
     """
     desk = Desk(folder, access, Commands(folder.root), cookie, PARTS)
     routes = [*_door(desk)]
@@ -54,7 +59,7 @@ def desk_app(folder: Folder, access: Access, host: str, cookie: str) -> tuple[AS
         Prepare(desk),
         Check(desk, jobs),
         Start(desk),
-        Campaigns(desk, jobs, reports, host),
+        Campaigns(desk, jobs, reports, host, encryption),
         Results(desk, reports),
         Archive(desk),
     )

@@ -164,7 +164,8 @@ class Desk:
 
     def keep_session(self, response: Response, session: str) -> None:
         """Give the browser its session."""
-        response.set_cookie(self._cookie, session, httponly=True, samesite="strict", path="/")
+        secure = self.access.encrypted
+        response.set_cookie(self._cookie, session, httponly=True, samesite="strict", path="/", secure=secure)
 
     # --- pages ---------------------------------------------------------------------------------------
 

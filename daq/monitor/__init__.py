@@ -22,6 +22,13 @@ if TYPE_CHECKING:
         note_words,
         page_words,
     )
+    from bufferstand.daq.monitor.encryption import (
+        CERTIFICATE_OPTION,
+        KEY_OPTION,
+        OPEN_OPTION,
+        Certificate,
+        certificate_of,
+    )
     from bufferstand.daq.monitor.posted import (
         posted_object,
     )
@@ -48,15 +55,20 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BUFFER_BYTES",
+    "CERTIFICATE_OPTION",
+    "KEY_OPTION",
     "LIVE_NAME",
+    "OPEN_OPTION",
     "TWIN_NAME",
     "TWIN_SCHEMA",
     "Access",
     "Address",
+    "Certificate",
     "Gate",
     "Rights",
     "Tokens",
     "bind",
+    "certificate_of",
     "demand_libraries",
     "end_page",
     "is_loopback",

@@ -18,6 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from bufferstand.daq.monitor.access import Tokens
+from bufferstand.daq.monitor.encryption import Certificate
 from bufferstand.daq.monitor.process import STAYS
 from bufferstand.daq.monitor.server import serve
 
@@ -47,6 +48,10 @@ async def _serve(settings: dict[str, str]) -> None:
             listener,
             tokens,
             results=False,
+            names=settings["names"].split(),
+            certificate=Certificate(Path(settings["chain"]), Path(settings["key"]))
+            if settings["chain"]
+            else None,
             until=_until_input_ends(),
             stays=_say_it_stays if settings["stays"] else None,
         )

@@ -12,6 +12,7 @@ import ipaddress
 import secrets
 import socket
 from collections import OrderedDict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -60,12 +61,19 @@ class Access:
         What opens the page.
     loopback : bool
         Whether only this machine is served.
+    names : sequence of str
+        By which it is reached, too: the operator has given them.
+    encrypted : bool
+        Whether the pages are served by TLS.
     """
 
-    def __init__(self, tokens: Tokens, *, loopback: bool) -> None:
+    def __init__(
+        self, tokens: Tokens, *, loopback: bool, names: Sequence[str] = (), encrypted: bool = False
+    ) -> None:
         self._tokens = tokens
+        self.encrypted = encrypted
         self._loopback = loopback
-        self._names = {"localhost"}
+        self._names = {"localhost", *names}
         if not loopback:
             own = socket.gethostname().lower()
             self._names |= {own, own.partition(".")[0], f"{own.partition('.')[0]}.local"}
@@ -90,9 +98,14 @@ class Access:
             return False
         return address.is_loopback or not self._loopback
 
+    @property
+    def scheme(self) -> str:
+        """Get ``http`` or ``https``."""
+        return "https" if self.encrypted else "http"
+
     def origin_is_ours(self, origin: str | None, host: str) -> bool:
         """Return whether a request comes from our own page: what its browser calls its origin."""
-        return origin is not None and origin.lower() == f"http://{host.strip().lower()}"
+        return origin is not None and origin.lower() == f"{self.scheme}://{host.strip().lower()}"
 
     def admit(self, token: str) -> tuple[str, Rights] | None:
         """Return a new session and its rights for a token; None for a wrong one.

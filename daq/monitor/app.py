@@ -69,11 +69,12 @@ def static_files() -> dict[str, bytes]:
     return {name: (root / name).read_bytes() for name in CONTENT_TYPES}
 
 
-def security_headers(host: str) -> dict[str, str]:
+def security_headers(host: str, *, encrypted: bool) -> dict[str, str]:
     """Return the headers of every answer: nothing foreign is loaded, framed, or told where it came from."""
     policy = (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
-        f"connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        f"connect-src 'self' {'wss' if encrypted else 'ws'}://{host}; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
     return {
         "Content-Security-Policy": policy,
@@ -113,7 +114,10 @@ class Gate:
             if message["type"] == "http.response.start":
                 given = list(message.get("headers", []))
                 stated = {name for name, _ in given}  # a page that needs a policy of its own has stated it
-                added = [(k.lower().encode(), v.encode()) for k, v in security_headers(host).items()]
+                added = [
+                    (k.lower().encode(), v.encode())
+                    for k, v in security_headers(host, encrypted=self._access.encrypted).items()
+                ]
                 message["headers"] = [*given, *(one for one in added if one[0] not in stated)]
             await send(message)
 
@@ -197,7 +201,8 @@ class Pages:
             return _refusal(403, "this token opens nothing here")
         session, rights = admitted
         response = JSONResponse({"rights": rights, "controllable": self._access.controllable})
-        response.set_cookie(self._cookie, session, httponly=True, samesite="strict", path="/")
+        secure = self._access.encrypted
+        response.set_cookie(self._cookie, session, httponly=True, samesite="strict", path="/", secure=secure)
         return response
 
     async def stop(self, request: Request) -> Response:

@@ -19,6 +19,13 @@ from shlex import quote
 from typing import IO
 
 from bufferstand.daq.monitor.access import Tokens, is_loopback, new_tokens
+from bufferstand.daq.monitor.encryption import (
+    CERTIFICATE_OPTION,
+    KEY_OPTION,
+    OPEN_OPTION,
+    Certificate,
+    is_name,
+)
 from bufferstand.daq.monitor.staying import end_page, rule_in_words
 from bufferstand.foundation import BadInput, how_to_add, program
 
@@ -38,6 +45,38 @@ class Address:
     host: str = DEFAULT_HOST
     port: int = DEFAULT_PORT
     exact: bool = False
+    certificate: Certificate | None = None
+    """What it is encrypted by; None: not at all."""
+    unencrypted: bool = False
+    """Whether it was asked for that another address than loopback is served unencrypted."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name that it was asked for by, if it is one: links say it, and a certificate is of it."""
+        return (self.host.lower(),) if is_name(self.host) and not is_loopback(self.host) else ()
+
+    def demand_encryption(self) -> None:
+        """Refuse to serve another address than loopback unencrypted, unless that was asked for.
+
+        Raises
+        ------
+        BadInput
+            If it is one.
+        """
+        if is_loopback(self.host) or self.certificate is not None or self.unencrypted:
+            return
+        raise BadInput(
+            f"the page would be served at {self.host} unencrypted: who reads along on the network could act",
+            file="--monitor",
+            remedy=f"give {CERTIFICATE_OPTION} FILE.pem {KEY_OPTION} FILE.pem, or {OPEN_OPTION} where nobody "
+            "else is on that network",
+        )
+
+    def encryption_words(self) -> tuple[str, ...]:
+        """Return the options that have another page served in the same way."""
+        if self.certificate is not None:
+            return self.certificate.words()
+        return (OPEN_OPTION,) if self.unencrypted else ()
 
 
 def parse_address(text: str) -> Address:
@@ -113,6 +152,7 @@ def links(
     *,
     what: str = "live monitor",
     acting: str = "with stop and notes",
+    address: Address | None = None,
 ) -> list[str]:
     """Return what the operator is told: where the page is, and what opens it. Said once.
 
@@ -124,11 +164,15 @@ def links(
         What opens the page.
     what, acting : str
         The page, and what can be done with the link for control.
+    address : Address, optional
+        As it was asked for; without it the page is not encrypted.
     """
+    address = address or Address()
     host, port = listener.getsockname()[:2]
     everywhere = host in ("0.0.0.0", "::")
     name = socket.gethostname() if everywhere else f"[{host}]" if ":" in host else host
-    base = f"http://{name}:{port}/"
+    name = address.names[0] if address.names else name
+    base = f"{'http' if address.certificate is None else 'https'}://{name}:{port}/"
     said = []
     if tokens.free_view:
         said.append(f"{what}, to look on (from this computer): {base}")
@@ -136,8 +180,10 @@ def links(
         said.append(f"{what}, to look on: {base}#{tokens.view}")
     if tokens.control:
         said.append(f"{what}, {acting}: {base}#{tokens.control}")
-    if not is_loopback(host):
+    if not is_loopback(host) and address.certificate is None:
         said.append("whoever has a link can use it, and the network can read along: use it in the lab only")
+    elif not is_loopback(host):
+        said.append("whoever has a link can use it; the connection is encrypted")
     return said
 
 
@@ -239,13 +285,14 @@ def web_process(
     Raises
     ------
     BadInput
-        If the address cannot be had or a library is missing.
+        If the address cannot be had, may not be served so, or a library is missing.
     """
     demand_libraries()
+    address.demand_encryption()
     if stays:
         end_page(folder)
     with bind(address) as listener:
-        place = links(listener, Tokens(free_view=True))[0].rpartition(" ")[2]
+        place = links(listener, Tokens(free_view=True), address=address)[0].rpartition(" ")[2]
         tokens = tokens or new_tokens(loopback=is_loopback(listener.getsockname()[0]))
         settings = {
             "folder": str(folder.absolute()),
@@ -254,6 +301,9 @@ def web_process(
             "control": tokens.control,
             "free_view": "yes" if tokens.free_view else "",
             "stays": "yes" if stays else "",
+            "names": " ".join(address.names),
+            "chain": "" if address.certificate is None else str(address.certificate.chain.resolve()),
+            "key": "" if address.certificate is None else str(address.certificate.key.resolve()),
         }
         errors = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         process = subprocess.Popen(
@@ -264,7 +314,7 @@ def web_process(
             pass_fds=[listener.fileno()],
             start_new_session=True,  # Ctrl-C in the terminal is for the campaign
         )
-        for line in links(listener, tokens):
+        for line in links(listener, tokens, address=address):
             say(line)
     running = WebProcess(process, errors)
     try:

@@ -7,8 +7,9 @@ import logging
 import socket
 import sys
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, TextIO, TypeGuard
 
@@ -19,6 +20,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from bufferstand.daq.monitor.access import Access, Tokens, is_loopback
 from bufferstand.daq.monitor.actions import Actions
 from bufferstand.daq.monitor.app import Pages
+from bufferstand.daq.monitor.encryption import Certificate
 from bufferstand.daq.monitor.follower import Follower
 from bufferstand.daq.monitor.staying import IDLE_S, MOST_S, announced
 from bufferstand.daq.monitor.view import View
@@ -95,17 +97,35 @@ def _host(connection: Any) -> str:
     return str(client[0]) if client else ""
 
 
-def web_server(app: ASGIApp) -> uvicorn.Server:
+class _Server(uvicorn.Server):
+    """Gives a stranger's TLS handshake no more time than a first request."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen."""
+        loop = asyncio.get_running_loop()
+        if self.config.ssl is not None:
+            plain = loop.create_server
+            loop.create_server = partial(  # type: ignore[method-assign]
+                plain, ssl_handshake_timeout=FIRST_REQUEST_S
+            )
+        await super().startup(sockets)
+
+
+def web_server(app: ASGIApp, certificate: Certificate | None = None) -> uvicorn.Server:
     """Return a server of an application, with limits on what strangers can make it hold.
+
+    With a certificate it speaks TLS, and nothing else.
 
     What it and its event loop log goes to standard error, a bounded part of it.
     """
     for name in ("uvicorn", "asyncio"):
         logging.getLogger(name).handlers = [BoundedLog()]
         logging.getLogger(name).propagate = False
-    return uvicorn.Server(
+    return _Server(
         uvicorn.Config(
             app,
+            ssl_certfile=None if certificate is None else certificate.chain,
+            ssl_keyfile=None if certificate is None else certificate.key,
             http=ImpatientProtocol,
             ws="websockets-sansio",
             ws_max_size=1024,
@@ -133,6 +153,8 @@ async def serve(
     results: bool,
     until: Awaitable[Any] | None = None,
     stays: Callable[[], object] | None = None,
+    names: Sequence[str] = (),
+    certificate: Certificate | None = None,
 ) -> None:
     """Serve a campaign's page until told to end.
 
@@ -151,13 +173,17 @@ async def serve(
     stays : callable, optional
         Told when it stays though that is done, because somebody has the page open
         (:mod:`bufferstand.daq.monitor.staying`); without it, it never does.
+    names : sequence of str
+        By which the machine is reached, beside its own.
+    certificate : Certificate, optional
+        What it is encrypted by.
     """
     host, port = listener.getsockname()[:2]
     view = View()
-    access = Access(tokens, loopback=is_loopback(host))
+    access = Access(tokens, loopback=is_loopback(host), names=names, encrypted=certificate is not None)
     follower = Follower(folder, view, results=results)
     pages = Pages(follower, access, Actions(folder), port)
-    server = web_server(pages.app())
+    server = web_server(pages.app(), certificate)
     following = asyncio.create_task(follower.run())
     ending = None
     if until is not None:

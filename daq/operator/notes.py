@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.files import json_lines, typed
+from bufferstand.foundation.files import append_line, json_lines, typed
 
 NOTES_NAME = "notes.jsonl"
 LONGEST = 2000
@@ -65,12 +64,7 @@ def add_note(folder: Path, text: str, *, step: int = 0, run: str = "") -> Note:
         If the disk does not take it.
     """
     note = Note(datetime.now(UTC).isoformat(timespec="seconds"), clean_note(text), step, run)
-    descriptor = os.open(folder / NOTES_NAME, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-    try:  # one write, so that two who write at once do not mix their lines
-        os.write(descriptor, (json.dumps(asdict(note), ensure_ascii=False) + "\n").encode())
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    append_line(folder / NOTES_NAME, json.dumps(asdict(note), ensure_ascii=False))
     return note
 
 

@@ -7,14 +7,13 @@ brought to the disk, so that ``resume`` goes on with it.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from bufferstand.daq.strokes.cycle_checks import CLOSE_MM, CLOSE_PERCENT, CycleChecks
-from bufferstand.foundation.files import json_lines
+from bufferstand.foundation.files import append_line, json_lines
 from bufferstand.protocols.campaign_file import StrokeTable
 from bufferstand.protocols.prediction import Sine
 
@@ -221,13 +220,7 @@ def add_strokes(
         If the disk does not take it.
     """
     content = {"step": step, "name": name, "motions": [row.as_dict() for row in rows], "learned": learned}
-    line = json.dumps(content, ensure_ascii=False) + "\n"
-    descriptor = os.open(folder / STROKES_NAME, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-    try:
-        os.write(descriptor, line.encode())
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+    append_line(folder / STROKES_NAME, json.dumps(content, ensure_ascii=False))
 
 
 def read_strokes(folder: Path) -> list[dict[str, Any]]:

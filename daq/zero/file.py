@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import Zero
-from bufferstand.foundation.files import typed_json
+from bufferstand.foundation.files import typed_json, write_whole
 from bufferstand.foundation.settings import load_settings, read_text
 from bufferstand.protocols.campaign_file import ZeroTable
 
@@ -21,7 +21,7 @@ ZERO_NAME = "zero.json"
 
 
 def keep_zero(folder: Path, zero: Zero) -> None:
-    """Keep the zero in force in a campaign's folder.
+    """Keep the zero in force in a campaign's folder and bring it to the disk.
 
     Raises
     ------
@@ -29,9 +29,7 @@ def keep_zero(folder: Path, zero: Zero) -> None:
         If the disk does not take it.
     """
     text = json.dumps(zero.document(), indent=1, ensure_ascii=False)
-    whole = folder / f"{ZERO_NAME}.new"
-    whole.write_text(text, encoding="utf-8")
-    whole.replace(folder / ZERO_NAME)
+    write_whole(folder / ZERO_NAME, text.encode())
 
 
 def kept_zero(folder: Path) -> Zero | None:
@@ -115,7 +113,7 @@ def stored_zero(stand: Path) -> Zero | None:
 
 
 def store_zero(stand: Path, zero: Zero) -> Path:
-    """Write a zero beside a stand file, as a whole; return its path.
+    """Write a zero beside a stand file, as a whole, and bring it to the disk; return its path.
 
     Raises
     ------
@@ -123,10 +121,8 @@ def store_zero(stand: Path, zero: Zero) -> Path:
         If it cannot be written.
     """
     path = stored_path(stand)
-    whole = path.with_name(f"{path.name}.new")
     try:
-        whole.write_text(zero_toml(zero), encoding="utf-8")
-        whole.replace(path)
+        write_whole(path, zero_toml(zero).encode())
     except OSError as error:
         raise BadInput(f"the zero cannot be stored: {error.strerror}", file=path) from None
     return path

@@ -5,6 +5,11 @@ from typing import TYPE_CHECKING
 from bufferstand.foundation import loaded_when_used
 
 if TYPE_CHECKING:
+    from bufferstand.foundation.files.durable import (
+        append_line,
+        make_folder,
+        write_whole,
+    )
     from bufferstand.foundation.files.hashes import (
         canonical_json,
         content_hash,
@@ -49,6 +54,7 @@ __all__ = [
     "MistypedError",
     "NotJson",
     "OutOfForm",
+    "append_line",
     "canonical_json",
     "check_outputs",
     "content_hash",
@@ -56,6 +62,7 @@ __all__ = [
     "json_content",
     "json_lines",
     "json_object",
+    "make_folder",
     "of_type",
     "out_of_form",
     "readable",
@@ -64,6 +71,7 @@ __all__ = [
     "typed",
     "typed_json",
     "write_text",
+    "write_whole",
     "xml_tree",
 ]
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from bufferstand.foundation import INSIDE_UNIT, BadInput
 from bufferstand.foundation.channels import Channel
-from bufferstand.foundation.files import canonical_json, file_hash, readable
+from bufferstand.foundation.files import canonical_json, file_hash, make_folder, readable
 from bufferstand.foundation.specimen import SpecimenFile, load_specimen
 from bufferstand.recording.content import StreamContent
 from bufferstand.recording.foreign.columns import MappedColumn, map_columns
@@ -217,7 +217,7 @@ def _write(
                     remedy="remove it, or choose another folder with --out",
                 )
             return ["this record was imported before in the same way: the run file is left as it is"]
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         write_run(target, document, contents, raw_units=raw_units)
     except OSError as error:
         raise BadInput(f"cannot be written: {error.strerror or error}", file=target) from None

@@ -22,6 +22,9 @@ from bufferstand.recording.sealing.verification import verify
 
 RUN_SUFFIX = ".h5"
 DAMAGED_SUFFIX = ".journal-damaged"
+_ADDED = ("recorder", "sealed_from", "datasets", "content_sha256")
+_ENDING = ("status", "reason", "ended_utc")
+"""What sealing adds to the document, and to its ``run``."""
 
 
 def seal(journal: Path) -> Path:
@@ -86,12 +89,14 @@ def seal_held(journal: Path) -> Path:
         )
     run_file = journal.with_suffix(RUN_SUFFIX)
     metadata = _document(content)
-    if not _is_sealed_already(run_file, metadata):
+    sealed_from = _sealed_before(run_file, metadata)
+    if sealed_from is None:
         held = {name: tuple(stream.dtypes) for name, stream in content.streams.items()}
         heads = fitting_heads(metadata, held, run_file)
         columns = content.columns([name for name in heads if name in held])
         write_columns(run_file, metadata, heads, columns, values_of(journal, content))
-    _put_away(journal, keep=content.more_follows)
+    whole = sealed_from is not None and sealed_from != metadata["sealed_from"]
+    _put_away(journal, keep=content.more_follows and not whole)
     return run_file
 
 
@@ -172,15 +177,34 @@ def _journal_of(left: Path) -> Path:
     return left.with_name(f"{stem}{JOURNAL_SUFFIX}")
 
 
-def _is_sealed_already(run_file: Path, metadata: Mapping[str, Any]) -> bool:
-    """Tell whether an earlier attempt got as far as the final name; refuse to replace another run."""
+def _sealed_before(run_file: Path, metadata: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return what the run file was sealed from, if an earlier attempt got so far; refuse another run.
+
+    After a loss of power a journal may hold less than when it was sealed: what a disk refused to synchronise
+    is gone from the file that was given up for the next, and so is what lay behind a cut.
+    """
     if not run_file.exists():
-        return False
+        return None
     if any(finding.level == "fault" for finding in verify(run_file)):
-        return False
-    if read_metadata(run_file).get("sealed_from") != metadata["sealed_from"]:
+        return None
+    there = read_metadata(run_file)
+    sealed_from = there.get("sealed_from")
+    if not isinstance(sealed_from, dict) or not (
+        sealed_from == metadata["sealed_from"]
+        or (_recorded(there) == _recorded(metadata) and _frames(metadata) <= _frames(there))
+    ):
         raise BadInput("another run has this name", file=run_file, remedy="move one of them away")
-    return True
+    return sealed_from
+
+
+def _recorded(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what stood in the metadata document before anything was recorded."""
+    rest = {key: value for key, value in document.items() if key not in _ADDED}
+    return rest | {"run": {key: value for key, value in document["run"].items() if key not in _ENDING}}
+
+
+def _frames(document: Mapping[str, Any]) -> int:
+    return int(document["sealed_from"]["frames"])
 
 
 def _document(content: Outline) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import FOLDER, monitor_address
+from bufferstand.cli.options import FOLDER, encryption_options, monitor_address
 from bufferstand.foundation import BadInput
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     callback=monitor_address,
     help="Where it is served (default 127.0.0.1:8420, or a free port if that is taken).",
 )
+@encryption_options("address")
 def command(folder: Path, address: Address) -> None:
     """Serve the desk over DIR (default: here), a folder of stands, specimens, campaigns and runs: prepare,
     check, start, watch and judge in the browser.
@@ -42,9 +43,9 @@ def command(folder: Path, address: Address) -> None:
 
     with bind(address) as listener:
         tokens = new_tokens(loopback=is_loopback(listener.getsockname()[0]))
-        for line in links(listener, tokens, what="desk", acting="to work"):
+        for line in links(listener, tokens, what="desk", acting="to work", address=address):
             click.echo(line, err=True)
         click.echo("Ctrl-C ends the desk; campaigns that it started go on.", err=True)
         with suppress(KeyboardInterrupt):  # uvicorn raises it again, once the pages are let go
-            asyncio.run(serve_desk(folder.absolute(), listener, tokens))
+            asyncio.run(serve_desk(folder.absolute(), listener, tokens, address))
         click.echo("the desk is closed", err=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bufferstand.cli.options import EXISTING, monitor_address
+from bufferstand.cli.options import EXISTING, encryption_options, monitor_address
 from bufferstand.foundation import BadInput
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     callback=monitor_address,
     help="Where the page is served (default 127.0.0.1:8420, or a free port if that is taken).",
 )
+@encryption_options("address")
 @click.option("--view-only", is_flag=True, help="Nobody can stop it or write notes through this page.")
 @click.option("--end", is_flag=True, help="End the page that has stayed open behind a campaign in DIR.")
 def command(folder: Path, address: Address, view_only: bool, end: bool) -> None:
@@ -48,9 +49,18 @@ def command(folder: Path, address: Address, view_only: bool, end: bool) -> None:
 
     with bind(address) as listener:
         tokens = new_tokens(loopback=is_loopback(listener.getsockname()[0]), view_only=view_only)
-        for line in links(listener, tokens):
+        for line in links(listener, tokens, address=address):
             click.echo(line, err=True)
         click.echo("Ctrl-C ends the page.", err=True)
         with suppress(KeyboardInterrupt):  # uvicorn raises it again, once the pages are let go
-            asyncio.run(serve(folder.absolute(), listener, tokens, results=True))
+            asyncio.run(
+                serve(
+                    folder.absolute(),
+                    listener,
+                    tokens,
+                    results=True,
+                    names=address.names,
+                    certificate=address.certificate,
+                )
+            )
         click.echo("the page is closed", err=True)

@@ -20,12 +20,13 @@ def command(folder: Path, text: str) -> None:
     While the campaign runs, the note becomes an event of the run under way, too. All are in DIR/notes.jsonl.
     """
     from bufferstand.daq.operator import add_note
+    from bufferstand.foundation.files import make_folder
 
     if (answer := ask(folder, {"note": text})) is not None:
         click.echo(answer)
         return
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         add_note(folder, text)
     except OSError as error:
         raise BadInput(f"the note could not be written: {error.strerror}", file=folder) from None

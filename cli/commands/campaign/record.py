@@ -80,11 +80,12 @@ def command(
     [[sensor]]. Limits are warned of. Ctrl-C ends it, or --for, or bufferstand stop DIR.
     """
     from bufferstand.drivers.stand_file import load_recording_stand
+    from bufferstand.foundation.files import make_folder
     from bufferstand.recording.sealing import seal_orphans
 
     stand_file = load_recording_stand(stand)
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        make_folder(out)
         for sealed in seal_orphans(out):
             click.echo(f"sealed what was left of {sealed.stem} -> {sealed}", err=True)
     except OSError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ LINK_S = 20.0
 SHOWN_NOTES = 30
 MOST_SHOWN = 4000
 """So many characters of what the command has written are shown."""
-_LINK = re.compile(r"http://\S+:(\d+)/(#\S+)?")
+_LINK = re.compile(r"https?://\S+:(\d+)/(#\S+)?")
 
 
 class Campaigns:
@@ -44,11 +45,16 @@ class Campaigns:
         Of a campaign.
     host : str
         Where the desk is served: the live page is served there, too.
+    encryption : sequence of str
+        Options of how.
     """
 
     tab = Tab("/campaign", "Campaigns")
 
-    def __init__(self, desk: Desk, jobs: Jobs, reports: Reports, host: str) -> None:
+    def __init__(
+        self, desk: Desk, jobs: Jobs, reports: Reports, host: str, encryption: Sequence[str] = ()
+    ) -> None:
+        self._encryption = tuple(encryption)
         self._desk = desk
         self._jobs = jobs
         self._reports = reports
@@ -109,7 +115,7 @@ class Campaigns:
         async with self._opening:
             page = self._pages.get(folder)
             if page is None or not page.running:
-                words = ("monitor", name, "--address", f"{self._host}:0")
+                words = ("monitor", name, "--address", f"{self._host}:0", *self._encryption)
                 page = self._pages[folder] = self._jobs.begin(*words, ends_with_desk=True)
             loop = asyncio.get_running_loop()
             end_s = loop.time() + LINK_S

@@ -272,7 +272,7 @@ async function post(path, content) {
 }
 
 function connect() {
-  const wire = new WebSocket(`ws://${location.host}/live`);
+  const wire = new WebSocket(`${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/live`);
   state.wire = wire;
   wire.addEventListener("open", () => { state.connected = true; state.tries = 0; rows.clear(); head(); });
   wire.addEventListener("message", (event) => take(JSON.parse(event.data)));

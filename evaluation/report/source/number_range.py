@@ -18,7 +18,7 @@ from pathlib import Path
 from string import Formatter
 
 from bufferstand.foundation import BadInput
-from bufferstand.foundation.operating_system import BINARY, is_lock_taken
+from bufferstand.foundation.operating_system import BINARY, is_lock_taken, sync_folder
 
 COLUMNS = ("number", "running", "year", "evaluation", "report")
 """Of a register; ``evaluation`` is a hash of what was reported, empty for a number given elsewhere."""
@@ -125,7 +125,7 @@ def number_of_range(pattern: str, register: Path, *, year: int, evaluation: str,
                     file=register,
                     remedy="correct the running numbers of the register, or change the pattern",
                 )
-            _append(handle, text, (number, str(running), str(year), evaluation, report))
+            _append(handle, text, register, (number, str(running), str(year), evaluation, report))
             return number
     except OSError as error:
         raise BadInput(
@@ -202,7 +202,7 @@ def _damaged(register: Path, line: int, problem: str) -> BadInput:
     )
 
 
-def _append(handle: int, before: str, row: Sequence[str]) -> None:
+def _append(handle: int, before: str, register: Path, row: Sequence[str]) -> None:
     """Write a line behind the others, to the disk itself, before the number is used."""
     line = io.StringIO()
     writer = csv.writer(line, lineterminator="\n")
@@ -216,3 +216,4 @@ def _append(handle: int, before: str, row: Sequence[str]) -> None:
     while data:
         data = data[os.write(handle, data) :]
     os.fsync(handle)
+    sync_folder(register.parent)
