@@ -1,0 +1,88 @@
+"""Mutate a source with cosmic-ray's operators; a program of its own, run with the environment that has them.
+
+Reads a source from standard input, writes a list of mutants to standard output, as JSON: operator, line (from 1),
+column (from 0), source.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+OPPOSITE_AND_NEXT = {
+    "Lt": ("LtE", "GtE"),
+    "LtE": ("Lt", "Gt"),
+    "Gt": ("GtE", "LtE"),
+    "GtE": ("Gt", "Lt"),
+    "Eq": ("NotEq",),
+    "NotEq": ("Eq",),
+    "Is": ("IsNot",),
+    "IsNot": ("Is",),
+}
+"""A comparison becomes the one with the other edge, and its opposite; the other five of cosmic-ray say no more."""
+ANOTHER = {
+    "Add": "Sub",
+    "Sub": "Add",
+    "Mul": "Div",
+    "Div": "Mul",
+    "FloorDiv": "Mul",
+    "Mod": "Mul",
+    "Pow": "Mul",
+    "BitOr": "BitAnd",
+    "BitAnd": "BitOr",
+    "BitXor": "BitAnd",
+    "LShift": "RShift",
+    "RShift": "LShift",
+}
+"""An operation becomes one other; what is killed with one is killed with nearly all."""
+USED = (
+    *(f"ReplaceComparisonOperator_{one}_{other}" for one, others in OPPOSITE_AND_NEXT.items() for other in others),
+    *(f"ReplaceBinaryOperator_{one}_{other}" for one, other in ANOTHER.items()),
+    "ReplaceUnaryOperator_Delete_Not",
+    "ReplaceUnaryOperator_Delete_USub",
+    "ReplaceUnaryOperator_Delete_Invert",
+    "AddNot",
+    "ReplaceTrueWithFalse",
+    "ReplaceFalseWithTrue",
+    "ReplaceAndWithOr",
+    "ReplaceOrWithAnd",
+    "ReplaceBreakWithContinue",
+    "ReplaceContinueWithBreak",
+    "ExceptionReplacer",
+    "NumberReplacer",
+    "RemoveDecorator",
+    "ZeroIterationForLoop",
+)
+
+
+def mutants(source: str) -> list[dict[str, object]]:
+    """Return every mutant that the operators make of a source."""
+    import parso
+    from cosmic_ray.ast import ast_nodes
+    from cosmic_ray.operators.provider import OperatorProvider
+
+    provider, found = OperatorProvider(), []
+    for name in USED:
+        operator = provider[name]()
+        places = [
+            (number, index, start)
+            for number, node in enumerate(ast_nodes(parso.parse(source)))
+            for index, (start, _) in enumerate(operator.mutation_positions(node))
+        ]
+        for number, index, (line, column) in places:
+            tree = parso.parse(source)
+            for at, node in enumerate(ast_nodes(tree)):
+                if at == number:
+                    changed = operator.mutate(node, index)
+                    siblings = node.parent.children
+                    if changed is None:
+                        siblings.remove(node)
+                    else:
+                        siblings[siblings.index(node)] = changed
+                    break
+            found.append({"operator": name, "line": line, "column": column, "source": tree.get_code()})
+    return found
+
+
+if __name__ == "__main__":
+    json.dump(mutants(sys.stdin.read()), sys.stdout)

@@ -1,0 +1,269 @@
+"""Try mutants of a module against its tests.
+
+Three kinds of process: this one never imports what is mutated; a child of it imports the module and collects its tests
+once, looks which test runs which lines, and forks a child of its own for each mutant inside a function; a mutant of what
+is run at import gets a child of this one, which imports everything with it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.machinery
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.mutants.generating import ROOT, Mutant
+from tests.mutants.in_place import InPlace
+from tests.mutants.processes import Work, in_processes
+from tests.mutants.testing import NoShrinking, first_failed, use_folder, what_each_runs
+
+BUDGET_S = 10.0
+"""Of the tests that run a mutant's line, the quickest so many seconds of processor time are run."""
+TIMES, AND_S = 4.0, 8.0
+"""A mutant may take so many times what its tests took without it, and so many seconds more."""
+QUIET = ("-q", "-s", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a mutant.
+
+    Parameters
+    ----------
+    mutant : Mutant
+        It.
+    ended : str
+        ``killed``, ``timed out`` (which counts as killed) or ``survived``.
+    by : str
+        The test that failed; of a survivor how many tests it survived.
+    """
+
+    mutant: Mutant
+    ended: str
+    by: str
+
+
+class CannotTry(Exception):
+    """The tests do not pass, or there are none, without any mutant."""
+
+
+@dataclass(frozen=True)
+class _Test:
+    name: str
+    lines: frozenset[int]
+    cpu_s: float
+    wall_s: float
+
+
+class _Engine:
+    """A plugin in the place of pytest's own loop: collects once, then tries every mutant that it can put in place."""
+
+    def __init__(self, module: str, mutants: Sequence[Mutant], jobs: int) -> None:
+        self._module, self._mutants, self._jobs = module, mutants, jobs
+        self.said: dict[str, Any] = {"problem": "nothing was collected"}
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        self.said = self._all(session)
+        return True
+
+    def _all(self, session: pytest.Session) -> dict[str, Any]:
+        if session.testsfailed or not session.items:
+            return {"problem": "its tests cannot be collected"}
+        file = _file(self._module)
+        items = {item.nodeid: item for item in session.items}
+        chunks = _chunks(list(items.values()), self._jobs * 4)
+
+        def looked(chunk: list[pytest.Item]) -> bytes:
+            use_folder(session.config)
+            return what_each_runs(chunk, file)
+
+        works = [Work(None, lambda chunk=chunk: looked(chunk), 3600, 3600) for chunk in chunks]
+        seen: dict[str, Any] = {}
+        for done in in_processes(works, self._jobs):
+            if done.said is None:
+                return {"problem": "a process of its tests died without any mutant"}
+            seen |= json.loads(done.said)
+        if failed := [name for name, one in seen.items() if one["ended"] == "failed"]:
+            return {"problem": f"without any mutant these fail: {', '.join(failed[:5])}"}
+        tests = [
+            _Test(name, frozenset(one["lines"]), one["cpu_s"], one["wall_s"])
+            for name, one in seen.items()
+            if one["ended"] == "passed"
+        ]
+        place = InPlace(file, Path(file).read_text(encoding="utf-8"))
+        works, left = [], []
+        for number, mutant in enumerate(self._mutants):
+            chosen = _chosen(tests, mutant)
+            if not chosen or not place.put(mutant.source, try_only=True):
+                left.append(number)
+                continue
+
+            def tried(mutant: Mutant = mutant, chosen: Sequence[_Test] = tuple(chosen)) -> bytes:
+                use_folder(session.config)
+                place.put(mutant.source)
+                return first_failed([items[one.name] for one in chosen]).encode()
+
+            works.append(Work((number, len(chosen)), tried, *_limits(chosen)))
+        outcomes = [_ended(done.tag, done.said, timed_out=done.timed_out) for done in in_processes(works, self._jobs)]
+        return {
+            "outcomes": outcomes,
+            "left": left,
+            "tests": {one.name: (one.cpu_s, one.wall_s, bool(one.lines)) for one in tests},
+            "modules": [name for name in sys.modules if name.split(".")[0] not in ("bufferstand", "tests", "__main__")],
+        }
+
+
+def _ended(tag: tuple[int, int], said: bytes | None, *, timed_out: bool) -> tuple[int, str, str]:
+    """Return number, end and by what, of one mutant."""
+    number, tests = tag
+    if timed_out:
+        return number, "timed out", ""
+    if said is None:
+        return number, "killed", "the process died"
+    return (number, "killed", said.decode()) if said else (number, "survived", f"{tests} tests")
+
+
+def _file(module: str) -> str:
+    """Return the file of a module as its code names it."""
+    if module.startswith("tests/"):
+        return str(ROOT / module)
+    name = "bufferstand." + module.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    found = importlib.import_module(name).__file__
+    assert found is not None
+    return found
+
+
+def _chunks(items: list[pytest.Item], number: int) -> list[list[pytest.Item]]:
+    """Return tests in about so many parts; those of a file stay together where it is small."""
+    size = max(1, -(-len(items) // number))
+    return [items[at : at + size] for at in range(0, len(items), size)]
+
+
+def _chosen(tests: Sequence[_Test], mutant: Mutant) -> list[_Test]:
+    """Return the tests that run a mutant's statement, the quickest first, within the budget."""
+    span = set(range(mutant.first, mutant.last + 1))
+    return _within([one for one in tests if span & one.lines])
+
+
+def _within(tests: Sequence[_Test]) -> list[_Test]:
+    """Return the quickest tests within the budget."""
+    found, used_s = [], 0.0
+    for one in sorted(tests, key=lambda one: one.cpu_s):
+        used_s += one.cpu_s
+        if found and used_s > BUDGET_S:
+            break
+        found.append(one)
+    return found
+
+
+def _limits(tests: Sequence[_Test]) -> tuple[float, float]:
+    """Return the limits of processor time and of the wall's for tests with a mutant [s]."""
+    cpu_s = TIMES * sum(one.cpu_s for one in tests) + AND_S
+    return cpu_s, 2 * TIMES * sum(max(one.cpu_s, one.wall_s) for one in tests) + 4 * AND_S
+
+
+class _Only:
+    """A plugin: of what is collected, these tests in this order."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._turn = {name: number for number, name in enumerate(names)}
+        self.failed = ""
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = sorted(
+            (item for item in items if item.nodeid in self._turn), key=lambda item: self._turn[item.nodeid]
+        )
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        use_folder(session.config)
+        if session.testsfailed or len(session.items) != len(self._turn):
+            self.failed = "its tests cannot be collected"
+        else:
+            self.failed = first_failed(session.items)
+        return True
+
+
+def _anew(mutant: Mutant, names: Sequence[str]) -> bytes:
+    """Import everything with a mutant and run tests; return which failed, empty where all passed."""
+    real = os.path.realpath(ROOT / mutant.module)
+    plain = importlib.machinery.SourceFileLoader.get_code
+
+    def get_code(self: importlib.machinery.SourceFileLoader, fullname: str) -> Any:
+        path = self.get_filename(fullname)
+        if os.path.realpath(path) == real:
+            return compile(mutant.source, path, "exec", dont_inherit=True)
+        return plain(self, fullname)
+
+    importlib.machinery.SourceFileLoader.get_code = get_code  # type: ignore[method-assign]
+    only = _Only(names)
+    files = sorted({name.partition("::")[0] for name in names})
+    status = pytest.main([*QUIET, *files], plugins=[NoShrinking(), only])
+    return (only.failed or ("" if status == pytest.ExitCode.OK else f"pytest ends with {status}")).encode()
+
+
+def _collected(module: str, mutants: Sequence[Mutant], tests: Sequence[str], jobs: int) -> bytes:
+    """Be the process that collects the tests of a module."""
+    engine = _Engine(module, mutants, jobs)
+    pytest.main([*QUIET, *tests], plugins=[NoShrinking(), engine])
+    return json.dumps(engine.said).encode()
+
+
+def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[str], jobs: int) -> Iterator[Outcome]:
+    """Yield what becomes of each mutant of a module.
+
+    Parameters
+    ----------
+    tests : sequence of str
+        Files and folders of tests, from the root.
+    jobs : int
+        So many at a time.
+
+    Raises
+    ------
+    CannotTry
+        If the tests do not pass without any mutant.
+    """
+    work = Work(None, lambda: _collected(module, mutants, tests, jobs), 86400, 86400)
+    (done,) = in_processes([work], 1)
+    if done.said is None:
+        raise CannotTry(f"{module}: the process that collects its tests died")
+    said = json.loads(done.said)
+    if "problem" in said:
+        raise CannotTry(f"{module}: {said['problem']}")
+    for number, ended, by in said["outcomes"]:
+        yield Outcome(mutants[number], ended, by)
+    if not said["left"]:
+        return
+    _know(said["modules"])
+    chosen = _within(
+        [_Test(name, frozenset(), cpu_s, wall_s) for name, (cpu_s, wall_s, runs) in said["tests"].items() if runs]
+        or [_Test(name, frozenset(), cpu_s, wall_s) for name, (cpu_s, wall_s, _) in said["tests"].items()]
+    )
+    names = [one.name for one in chosen]
+    cpu_s, wall_s = _limits(chosen)
+    works = [
+        Work((number, len(names)), lambda mutant=mutants[number]: _anew(mutant, names), cpu_s + 20, wall_s + 60)
+        for number in said["left"]
+    ]
+    for done in in_processes(works, jobs):
+        number, ended, by = _ended(done.tag, done.said, timed_out=done.timed_out)
+        yield Outcome(mutants[number], ended, by)
+
+
+def _know(names: Sequence[str]) -> None:
+    """Import what others have made, once for all children: not what is mutated."""
+    for name in names:
+        try:
+            importlib.import_module(name)
+        except Exception:
+            continue
