@@ -98,12 +98,16 @@ class _Engine:
             for name, one in seen.items()
             if one["ended"] == "passed"
         ]
+        users = [one for one in tests if one.lines] or tests
         place = InPlace(file, Path(file).read_text(encoding="utf-8"))
-        works, left = [], []
+        works, left, unseen = [], [], []
         for number, mutant in enumerate(self._mutants):
             chosen = _chosen(tests, mutant)
-            if not chosen or not place.put(mutant.source, try_only=True):
+            if not place.put(mutant.source, try_only=True):
                 left.append(number)
+                continue
+            if not chosen:
+                unseen.append((number, "survived", "no test runs it"))
                 continue
 
             def tried(mutant: Mutant = mutant, chosen: Sequence[_Test] = tuple(chosen)) -> bytes:
@@ -114,10 +118,10 @@ class _Engine:
             works.append(Work((number, len(chosen)), tried, *_limits(chosen)))
         outcomes = [_ended(done.tag, done.said, timed_out=done.timed_out) for done in in_processes(works, self._jobs)]
         return {
-            "outcomes": outcomes,
+            "outcomes": [*outcomes, *unseen],
             "left": left,
-            "tests": {one.name: (one.cpu_s, one.wall_s, bool(one.lines)) for one in tests},
-            "modules": [name for name in sys.modules if name.split(".")[0] not in ("bufferstand", "tests", "__main__")],
+            "tests": {one.name: (one.cpu_s, one.wall_s) for one in users},
+            "modules": [name for name in sys.modules if name.split(".")[0] not in ("tests", "__main__")],
         }
 
 
@@ -133,12 +137,15 @@ def _ended(tag: tuple[int, int], said: bytes | None, *, timed_out: bool) -> tupl
 
 def _file(module: str) -> str:
     """Return the file of a module as its code names it."""
-    if module.startswith("tests/"):
-        return str(ROOT / module)
-    name = "bufferstand." + module.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-    found = importlib.import_module(name).__file__
+    found = importlib.import_module(_name(module)).__file__
     assert found is not None
     return found
+
+
+def _name(module: str) -> str:
+    """Return the name by which the file of a module is imported."""
+    name = module.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    return name if name.startswith("tests.") else f"bufferstand.{name}"
 
 
 def _chunks(items: list[pytest.Item], number: int) -> list[list[pytest.Item]]:
@@ -242,28 +249,50 @@ def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[str], jobs: 
         raise CannotTry(f"{module}: {said['problem']}")
     for number, ended, by in said["outcomes"]:
         yield Outcome(mutants[number], ended, by)
-    if not said["left"]:
-        return
-    _know(said["modules"])
-    chosen = _within(
-        [_Test(name, frozenset(), cpu_s, wall_s) for name, (cpu_s, wall_s, runs) in said["tests"].items() if runs]
-        or [_Test(name, frozenset(), cpu_s, wall_s) for name, (cpu_s, wall_s, _) in said["tests"].items()]
-    )
-    names = [one.name for one in chosen]
-    cpu_s, wall_s = _limits(chosen)
+    if said["left"]:
+        chosen = _within([_Test(name, frozenset(), *of) for name, of in said["tests"].items()])
+        work = Work(None, lambda: _all_anew(mutants, said["left"], chosen, said["modules"], jobs), 86400, 86400)
+        (done,) = in_processes([work], 1)
+        if done.said is None:
+            raise CannotTry(f"{module}: the process that imports anew died")
+        for number, ended, by in json.loads(done.said):
+            yield Outcome(mutants[number], ended, by)
+
+
+def _all_anew(
+    mutants: Sequence[Mutant], left: Sequence[int], tests: Sequence[_Test], modules: Sequence[str], jobs: int
+) -> bytes:
+    """Be the process that tries mutants of what is run at import: each in a child that imports what uses it."""
+    _know(modules, _name(mutants[left[0]].module))
+    names = [one.name for one in tests]
+    cpu_s, wall_s = _limits(tests)
     works = [
         Work((number, len(names)), lambda mutant=mutants[number]: _anew(mutant, names), cpu_s + 20, wall_s + 60)
-        for number in said["left"]
+        for number in left
     ]
-    for done in in_processes(works, jobs):
-        number, ended, by = _ended(done.tag, done.said, timed_out=done.timed_out)
-        yield Outcome(mutants[number], ended, by)
+    return json.dumps(
+        [_ended(done.tag, done.said, timed_out=done.timed_out) for done in in_processes(works, jobs)]
+    ).encode()
 
 
-def _know(names: Sequence[str]) -> None:
-    """Import what others have made, once for all children: not what is mutated."""
+class _Kept:
+    """A finder that lets nobody import a module."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+        if name == self._name:
+            raise ImportError(name)
+
+
+def _know(names: Sequence[str], kept: str) -> None:
+    """Import, once for all children, what does not use the mutated module."""
+    finder = _Kept(kept)
+    sys.meta_path.insert(0, finder)
     for name in names:
         try:
             importlib.import_module(name)
         except Exception:
             continue
+    sys.meta_path.remove(finder)

@@ -30,9 +30,9 @@ _GUARDS = (
     "tests/daq/test_plausibility.py",
 )
 _STOP = ("tests/daq/stopping", "tests/daq/test_release_bound.py", "tests/daq/test_safe_stop.py", "tests/daq/test_stop_eyes.py")
-_WRITER = ("tests/drivers/test_writer_lock.py", "tests/drivers/test_writer_notice.py", "tests/foundation/test_operating_system.py")
+_WRITER = ("tests/drivers/test_writer_lock.py", "tests/drivers/test_writer_notice.py")
 _JOURNAL = ("tests/recording/test_journal.py", "tests/recording/test_segments.py")
-_DECISION = ("tests/evaluation/test_decision.py",)
+_DECISION = ("tests/evaluation/test_decision.py", "tests/evaluation/test_judgement.py")
 _SETTINGS = (
     "tests/foundation/test_bounds.py",
     "tests/foundation/test_settings.py",
@@ -67,7 +67,7 @@ PARTS = (
             "drivers/controllers/writer_lock.py": _WRITER,
             "drivers/controllers/writer_notice.py": _WRITER,
             "drivers/controllers/outage_limit.py": ("tests/drivers/test_outage_limit.py",),
-            "foundation/operating_system/locks.py": _WRITER,
+            "foundation/operating_system/locks.py": ("tests/foundation/test_locks.py",),
         },
     ),
     Part("journal", {f"recording/journal/{name}.py": _JOURNAL for name in ("file", "records", "segments")}),
