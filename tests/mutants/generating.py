@@ -116,12 +116,18 @@ def placed(module: str, source: str, changed: list[tuple[str, int, int, str]]) -
             code = marshal.dumps(compile(mutated, module, "exec"))
         except SyntaxError:
             continue
+        if "_Mul_Div" in operator and _products(mutated) == _products(source):
+            continue  # the * that stands before parameters given by name
         if code in seen:
             continue
         seen.add(code)
         where, first, last = _place(tree, line, column)
         found.append(Mutant(module, where, first, last, *_lines(source, mutated, line), operator, mutated))
     return found
+
+
+def _products(source: str) -> int:
+    return sum(isinstance(node, ast.Mult) for node in ast.walk(ast.parse(source)))
 
 
 def _lines(source: str, mutated: str, line: int) -> tuple[str, str]:
