@@ -81,7 +81,7 @@ def mutants_of(module: str, source: str) -> list[Mutant]:
 
     Left out are those that compile to the same, those that do not compile, those of annotations of functions,
     and unions of types in any annotation: nothing of them is run. So are the ``frozen`` and ``slots`` of dataclasses:
-    they are for who writes code, and the type checker holds them.
+    they are for who writes code, and the type checker holds them. Protocols are never run.
     """
     done = subprocess.run(
         [str(TOOL / "bin" / "python"), str(Path(__file__).with_name("operators.py"))],
@@ -184,6 +184,8 @@ def _not_run(tree: ast.Module) -> Iterator[tuple[tuple[int, int], tuple[int, int
             found = [(node.annotation, "BitOr")]
         elif isinstance(node, ast.ClassDef):
             found = [(mark, "TrueWithFalse") for mark in node.decorator_list if "frozen" in ast.unparse(mark)]
+            if any("Protocol" in ast.unparse(base) for base in node.bases):
+                yield (node.lineno, 0), (node.end_lineno or 0, 1 << 20), ""
         for one, only in found:
             if one is not None:
                 yield (one.lineno, one.col_offset), (one.end_lineno or 0, one.end_col_offset or 0), only

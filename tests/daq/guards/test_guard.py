@@ -45,6 +45,8 @@ def test_what_no_kind_need_say_is_the_same_for_all() -> None:
         "of_zero": False,
         "lasting": False,
     }
+    assert Guard.__abstractmethods__ == {"look", "margin"}
+    assert Bell.__parameters__ == ()  # type: ignore[attr-defined]
     assert Guard.remembers() is None  # type: ignore[misc]
     assert (Bell().key, Bell().begin(3.0)) == ("", 0)
     assert Bell().during(Phase.COOLING) == Bell()
