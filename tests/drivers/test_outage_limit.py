@@ -40,6 +40,7 @@ def test_what_is_said_before_a_campaign_begins() -> None:
     assert OutageLimit(2.0, math.inf, True).sentence(0.5).startswith(
         "an outage of the wire of up to 1.3 s is ridden out (watchdog 2 s)"
     )
+    assert "of up to 0.6 s is ridden out" in OutageLimit(2.0, 1.0, True).sentence(0.2)
     assert OutageLimit(2.0, math.inf, True).sentence(0.6).startswith(
         "no outage of the wire longer than 0.6 s is ridden out: timeout_s = 0.6 leaves no time for it within the "
         "watchdog's 2 s; a shorter one is asked over"

@@ -98,7 +98,6 @@ class _Engine:
             for name, one in seen.items()
             if one["ended"] == "passed"
         ]
-        users = [one for one in tests if one.lines] or tests
         place = InPlace(file, Path(file).read_text(encoding="utf-8"))
         works, left, unseen = [], [], []
         for number, mutant in enumerate(self._mutants):
@@ -120,7 +119,7 @@ class _Engine:
         return {
             "outcomes": [*outcomes, *unseen],
             "left": left,
-            "tests": {one.name: (one.cpu_s, one.wall_s) for one in users},
+            "tests": {one.name: (one.cpu_s, one.wall_s) for one in tests},
             "modules": [name for name in sys.modules if name.split(".")[0] not in ("tests", "__main__")],
         }
 
