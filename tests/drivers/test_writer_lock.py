@@ -210,8 +210,9 @@ def test_without_the_lock_nothing_is_demanded_of_the_controller() -> None:
     controller = Controller()
     lock = lock_of(controller)
     for demand in (lock.demand, lock.demand_recent, lock.confirm, lambda: lock.feed(1)):
-        with pytest.raises(NotInCharge, match="this program has not the right to give it commands; nothing was sent"):
+        with pytest.raises(NotInCharge, match="this program has not the right to give it commands; nothing was sent") as said:
             demand()
+        assert str(said.value).startswith("controller at 127.0.0.1:502 unit 1: this program")
     assert controller.asked == []
     lock.keep()
     assert (lock.held, controller.writer) == (True, OWN)

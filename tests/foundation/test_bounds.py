@@ -24,7 +24,7 @@ class Wheel(Settings):
 
 
 class Round(Settings):
-    kind: Literal["round"]
+    kind: Literal["round", "ball"]
     radius: Annotated[float, Field(ge=2, lt=9)] = 3.0
 
 
@@ -139,6 +139,7 @@ class Edges(Settings):
     same_low: Annotated[float, Field(gt=1), Within(1.0, 9.0, "")] = 2.0
     same_high: Annotated[float, Within(1.0, 9.0, ""), Field(lt=9)] = 2.0
     reasons: Annotated[float, Within(0.0, 9.0, "first"), Within(1.0, 8.0, "second"), Field(gt=0, lt=20)] = 2.0
+    same_high_open_first: Annotated[float, Field(lt=9), Within(1.0, 9.0, "")] = 2.0
     wider_later: Annotated[float, Field(gt=3, lt=4), Within(1.0, 9.0, "")] = 3.5
 
 
@@ -148,27 +149,41 @@ def test_an_open_bound_counts_where_both_are_the_same() -> None:
         "same_low": (False, 1.0, True, 9.0, False, ""),
         "same_high": (False, 1.0, False, 9.0, True, ""),
         "reasons": (False, 1.0, False, 8.0, False, "second"),
+        "same_high_open_first": (False, 1.0, False, 9.0, True, ""),
         "wider_later": (False, 3.0, True, 4.0, True, ""),
     }
 
 
 class Node(Settings):
     size: Annotated[float, SMALL] = 2.0
-    inner: Node | None = None
+    inner: Node | Wheel | None = None
 
 
 class Choice(Settings):
     either: Wheel | Node = Wheel()
+    number: Annotated[int, SMALL] | Annotated[float, PAIR] = 1
     deep: tuple[tuple[Annotated[float, PAIR], ...], ...] = ()
 
 
 def test_a_table_within_itself_is_listed_once_and_kinds_without_a_key_by_their_names() -> None:
-    assert [key.path for key in numeric_keys(Node)] == [("size",)]
+    assert [key.path for key in numeric_keys(Node)] == [
+        ("size",),
+        ("inner", "kind=Wheel", "diameter_mm"),
+        ("inner", "kind=Wheel", "spokes"),
+    ]
     assert [key.path for key in numeric_keys(Choice)] == [
         ("either", "kind=Wheel", "diameter_mm"),
         ("either", "kind=Wheel", "spokes"),
         ("either", "kind=Node", "size"),
+        ("either", "kind=Node", "inner", "kind=Wheel", "diameter_mm"),
+        ("either", "kind=Node", "inner", "kind=Wheel", "spokes"),
+        ("number",),
+        ("number",),
         ("deep", "[]", "[]"),
+    ]
+    assert [row(key) for key in numeric_keys(Choice) if key.name == "number"] == [
+        (True, 1.0, False, 5.0, False, "small"),
+        (False, -1.0, False, 1.0, False, "pair"),
     ]
     found = first_breach(Choice.model_validate({"deep": ((0.0,), (0.0, 3.0))}))
     assert found is not None

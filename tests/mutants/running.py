@@ -112,6 +112,7 @@ class _Engine:
             def tried(mutant: Mutant = mutant, chosen: Sequence[_Test] = tuple(chosen)) -> bytes:
                 use_folder(session.config)
                 place.put(mutant.source)
+                _load_instead(mutant)
                 return first_failed([items[one.name] for one in chosen]).encode()
 
             works.append(Work((number, len(chosen)), tried, *_limits(chosen)))
@@ -199,8 +200,8 @@ class _Only:
         return True
 
 
-def _anew(mutant: Mutant, names: Sequence[str]) -> bytes:
-    """Import everything with a mutant and run tests; return which failed, empty where all passed."""
+def _load_instead(mutant: Mutant) -> None:
+    """Have whoever loads the file from now on in this process load the mutant."""
     real = os.path.realpath(ROOT / mutant.module)
     plain = importlib.machinery.SourceFileLoader.get_code
 
@@ -211,6 +212,11 @@ def _anew(mutant: Mutant, names: Sequence[str]) -> bytes:
         return plain(self, fullname)
 
     importlib.machinery.SourceFileLoader.get_code = get_code  # type: ignore[method-assign]
+
+
+def _anew(mutant: Mutant, names: Sequence[str]) -> bytes:
+    """Import everything with a mutant and run tests; return which failed, empty where all passed."""
+    _load_instead(mutant)
     only = _Only(names)
     files = sorted({name.partition("::")[0] for name in names})
     status = pytest.main([*QUIET, *files], plugins=[NoShrinking(), only])
