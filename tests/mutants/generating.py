@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import json
-import marshal
 import shutil
 import subprocess
 import sys
@@ -79,7 +78,7 @@ def is_set_up() -> bool:
 def mutants_of(module: str, source: str) -> list[Mutant]:
     """Return all mutants of a source, in the order of its lines, each once.
 
-    Left out are those that compile to the same, those that do not compile, those of annotations of functions,
+    Left out are those that say the same, those that do not compile, those of annotations of functions,
     and unions of types in any annotation: nothing of them is run. So are the ``frozen`` and ``slots`` of dataclasses:
     they are for who writes code, and the type checker holds them. Protocols are never run.
     """
@@ -107,13 +106,14 @@ def placed(module: str, source: str, changed: list[tuple[str, int, int, str]]) -
     """
     tree = ast.parse(source)
     skipped = list(_not_run(tree))
-    seen = {marshal.dumps(compile(source, module, "exec"))}
+    seen = {ast.dump(tree)}
     found = []
     for operator, line, column, mutated in sorted(changed, key=lambda one: one[1:3]):
         if any(start <= (line, column) < end and only in operator for start, end, only in skipped):
             continue
         try:
-            code = marshal.dumps(compile(mutated, module, "exec"))
+            compile(mutated, module, "exec")
+            code = ast.dump(ast.parse(mutated))
         except SyntaxError:
             continue
         if "_Mul_Div" in operator and _products(mutated) == _products(source):
@@ -150,7 +150,7 @@ def _place(tree: ast.Module, line: int, column: int) -> tuple[str, int, int]:
         body = getattr(inner, "body", None)
         head = body[0].lineno - 1 if body and isinstance(body, list) else inner.end_lineno or line
         span = (inner.lineno, max(head, inner.lineno))
-        if isinstance(inner, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and line >= inner.lineno:
+        if isinstance(inner, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             names.append(inner.name)
         node = inner
 

@@ -71,15 +71,16 @@ def mutants(source: str) -> list[dict[str, object]]:
         ]
         for number, index, (line, column) in places:
             tree = parso.parse(source)
-            for at, node in enumerate(ast_nodes(tree)):
-                if at == number:
-                    changed = operator.mutate(node, index)
-                    siblings = node.parent.children
-                    if changed is None:
-                        siblings.remove(node)
-                    else:
-                        siblings[siblings.index(node)] = changed
-                    break
+            node = next(node for at, node in enumerate(ast_nodes(tree)) if at == number)
+            siblings = node.parent.children
+            try:
+                changed = operator.mutate(node, index)
+            except AttributeError:  # cosmic-ray does not replace the names of exceptions that have a dot
+                continue
+            if changed is None:
+                siblings.remove(node)
+            else:
+                siblings[siblings.index(node)] = changed
             found.append({"operator": name, "line": line, "column": column, "source": tree.get_code()})
     return found
 
