@@ -31,7 +31,13 @@ _GUARDS = (
 )
 _STOP = ("tests/daq/stopping", "tests/daq/test_release_bound.py", "tests/daq/test_safe_stop.py", "tests/daq/test_stop_eyes.py")
 _WRITER = ("tests/drivers/test_writer_lock.py", "tests/drivers/test_writer_notice.py")
-_JOURNAL = ("tests/recording/test_journal.py", "tests/recording/test_segments.py")
+_JOURNAL = (
+    "tests/recording/test_journal.py",
+    "tests/recording/test_journal_chain.py",
+    "tests/recording/test_journal_file.py",
+    "tests/recording/test_journal_frames.py",
+    "tests/recording/test_segments.py",
+)
 _DECISION = ("tests/evaluation/test_decision.py", "tests/evaluation/test_judgement.py")
 _SETTINGS = (
     "tests/foundation/test_bounds.py",

@@ -336,3 +336,4 @@ def test_a_limit_of_the_devices_own_is_told_only_where_nothing_else_has_tripped(
     panel.latch(trip())
     assert panel.has_limited(STATUS) is None
     assert len(asked) == 1
+    assert panel.old_fault is None, "nothing from before"
