@@ -26,7 +26,7 @@ Exit status 1: a mutant survived that `tests/mutants/accepted.toml` does not exp
 
 - **What is changed** comes from the operators of [cosmic-ray](https://cosmic-ray.readthedocs.io) (MIT licence), in an environment of its own (`.mutants`, made by the first run or `--setup`, pinned by hash). Each comparison becomes its neighbour and its opposite, each operation one other. One operator is ours: a call that stands alone is left out.
 - **Left out**: what says the same in other words; annotations of functions; `frozen` and `slots` of dataclasses; protocols. Texts are not changed.
-- **How**: the tests are collected once, and each is watched for the lines it runs. For each mutant a forked process gets the changed functions, and runs the tests that run the changed statement, quickest first, until one fails (tests of at most 10 s together). What is run at import is imported anew.
+- **How**: the tests are collected once, and each is watched for the lines it runs. For each mutant a forked process gets the changed functions, and runs the tests that run the changed statement, quickest first, until one fails (of the fast lane, at most 8 s together). What is run at import is imported anew.
 - **Limits**: four times the processor time that the tests took, and 8 s. What takes longer has *timed out* and counts as noticed.
 - Other processes that a test starts do not see the mutant. A survivor of these tests may be noticed by slower ones.
 """

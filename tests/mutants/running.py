@@ -24,11 +24,14 @@ from tests.mutants.in_place import InPlace
 from tests.mutants.processes import Work, in_processes
 from tests.mutants.testing import NoShrinking, first_failed, use_folder, what_each_runs
 
-BUDGET_S = 10.0
+BUDGET_S = 8.0
 """Of the tests that run a mutant's line, the quickest so many seconds of processor time are run."""
 TIMES, AND_S = 4.0, 8.0
 """A mutant may take so many times what its tests took without it, and so many seconds more."""
-QUIET = ("-q", "-s", "-p", "no:cacheprovider", "-W", "ignore::pytest.PytestAssertRewriteWarning")
+QUIET = (
+    *("-q", "-s", "-p", "no:cacheprovider", "-m", "not slow and not long"),
+    *("-W", "ignore::pytest.PytestAssertRewriteWarning"),
+)
 
 
 @dataclass(frozen=True)
