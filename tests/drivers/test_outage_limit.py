@@ -37,16 +37,24 @@ def test_the_last_try_comes_while_the_watchdog_and_the_guards_wait() -> None:
 
 
 def test_what_is_said_before_a_campaign_begins() -> None:
-    assert OutageLimit(2.0, math.inf, True).sentence(0.5).startswith(
-        "an outage of the wire of up to 1.3 s is ridden out (watchdog 2 s)"
+    assert (
+        OutageLimit(2.0, math.inf, True)
+        .sentence(0.5)
+        .startswith("an outage of the wire of up to 1.3 s is ridden out (watchdog 2 s)")
     )
     assert "of up to 0.6 s is ridden out" in OutageLimit(2.0, 1.0, True).sentence(0.2)
-    assert OutageLimit(2.0, math.inf, True).sentence(0.6).startswith(
-        "no outage of the wire longer than 0.6 s is ridden out: timeout_s = 0.6 leaves no time for it within the "
-        "watchdog's 2 s; a shorter one is asked over"
+    assert (
+        OutageLimit(2.0, math.inf, True)
+        .sentence(0.6)
+        .startswith(
+            "no outage of the wire longer than 0.6 s is ridden out: timeout_s = 0.6 leaves no time for it within the "
+            "watchdog's 2 s; a shorter one is asked over"
+        )
     )
-    assert OutageLimit(2.0, math.inf, False).sentence(0.5).startswith(
-        "an outage of the wire is asked over for 0.5 s at most: this controller keeps no samples"
+    assert (
+        OutageLimit(2.0, math.inf, False)
+        .sentence(0.5)
+        .startswith("an outage of the wire is asked over for 0.5 s at most: this controller keeps no samples")
     )
 
 

@@ -119,7 +119,9 @@ def test_a_number_that_was_left_in_the_controller_is_taken_again() -> None:
 
 
 @pytest.mark.parametrize("drawn", [0, 0xFFFE])
-def test_a_program_without_a_number_draws_one_that_is_not_0(drawn: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_program_without_a_number_draws_one_that_is_not_0(
+    drawn: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def below(most: int) -> int:
         assert most == 0xFFFF
         return drawn
@@ -181,7 +183,14 @@ def test_a_lost_lock_stays_lost_until_it_is_claimed_anew() -> None:
     controller.writer = 0
     with pytest.raises(NotInCharge, match="it has dropped this program's right to give commands"):
         lock.claim()
-    for forbidden in (lock.claim, lock.confirm, lock.keep, lock.demand, lock.demand_recent, lambda: lock.feed(1)):
+    for forbidden in (
+        lock.claim,
+        lock.confirm,
+        lock.keep,
+        lock.demand,
+        lock.demand_recent,
+        lambda: lock.feed(1),
+    ):
         controller.asked.clear()
         with pytest.raises(NotInCharge, match="dropped"):
             forbidden()
@@ -210,7 +219,9 @@ def test_without_the_lock_nothing_is_demanded_of_the_controller() -> None:
     controller = Controller()
     lock = lock_of(controller)
     for demand in (lock.demand, lock.demand_recent, lock.confirm, lambda: lock.feed(1)):
-        with pytest.raises(NotInCharge, match="this program has not the right to give it commands; nothing was sent") as said:
+        with pytest.raises(
+            NotInCharge, match="this program has not the right to give it commands; nothing was sent"
+        ) as said:
             demand()
         assert str(said.value).startswith("controller at 127.0.0.1:502 unit 1: this program")
     assert controller.asked == []
@@ -360,7 +371,9 @@ def test_without_a_register_a_file_locks_for_the_programs_of_this_computer(tmp_p
     assert first.other_holder() is None
     first.confirm()
     assert controller.asked == [], "there is no register to look at"
-    with pytest.raises(DeviceFault, match="another program gives it commands: .*, this, since .*; end that program"):
+    with pytest.raises(
+        DeviceFault, match="another program gives it commands: .*, this, since .*; end that program"
+    ):
         second.claim()
     assert not second.held
     assert second.seen().who.endswith(f"(number {OWN})")

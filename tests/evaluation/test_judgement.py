@@ -100,7 +100,9 @@ def contact(stroke_mm: float | None, *, beyond: bool) -> FirstContact:
     return FirstContact(stroke_mm, 0.1, 0.0, 0.0, 0.2, beyond, "jump", "")
 
 
-def test_a_run_is_read_from_first_contact_too_only_where_its_zero_is_off(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_is_read_from_first_contact_too_only_where_its_zero_is_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     judged: list[Any] = []
     monkeypatch.setattr(judgement, "judge", lambda case: judged.append(case) or [len(judged)])
     monkeypatch.setattr(judgement, "beside", lambda rows, others: [*rows, "beside", *others])

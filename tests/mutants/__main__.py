@@ -54,8 +54,14 @@ def main() -> int:
     if a.setup:
         return 0
     wanted = [one.removesuffix("/") for one in a.module]
-    chosen = [one for one in MODULES if not wanted or any(one == name or one.startswith(f"{name}/") for name in wanted)]
-    if unknown := [name for name in wanted if not any(one == name or one.startswith(f"{name}/") for one in MODULES)]:
+    chosen = [
+        one
+        for one in MODULES
+        if not wanted or any(one == name or one.startswith(f"{name}/") for name in wanted)
+    ]
+    if unknown := [
+        name for name in wanted if not any(one == name or one.startswith(f"{name}/") for one in MODULES)
+    ]:
         parser.error(f"there is no module {', '.join(unknown)}; --list names them")
     outcomes, tried = [], []
     for module in chosen:
@@ -71,9 +77,13 @@ def main() -> int:
     missing = unexplained(survivors, accepted())
     old = [] if a.limit else out_of_date(tried, survivors, accepted())
     for mutant in missing:
-        print(f"\n{mutant.module}:{mutant.first} {mutant.where} ({mutant.operator})\n- {mutant.line}\n+ {mutant.mutant}")
+        print(
+            f"\n{mutant.module}:{mutant.first} {mutant.where} ({mutant.operator})\n- {mutant.line}\n+ {mutant.mutant}"
+        )
     for one in old:
-        print(f"\naccepted.toml: no such survivor any more: {one.module} {one.where}\n- {one.line}\n+ {one.mutant}")
+        print(
+            f"\naccepted.toml: no such survivor any more: {one.module} {one.where}\n- {one.line}\n+ {one.mutant}"
+        )
     return int(bool(missing or old))
 
 

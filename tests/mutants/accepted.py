@@ -40,7 +40,9 @@ def unexplained(survived: Iterable[Mutant], entries: Iterable[Survivor]) -> list
     return [one for one in survived if one.identity not in known]
 
 
-def out_of_date(modules: Iterable[str], survived: Iterable[Mutant], entries: Iterable[Survivor]) -> list[Survivor]:
+def out_of_date(
+    modules: Iterable[str], survived: Iterable[Mutant], entries: Iterable[Survivor]
+) -> list[Survivor]:
     """Return the entries of modules tried in full that no survivor needs any more."""
     needed, tried = {one.identity for one in survived}, set(modules)
     return [one for one in entries if one.module in tried and one.identity not in needed]

@@ -90,9 +90,7 @@ def mutants_of(module: str, source: str) -> list[Mutant]:
         encoding="utf-8",
         check=True,
     )
-    raw = [
-        (one["operator"], one["line"], one["column"], one["source"]) for one in json.loads(done.stdout)
-    ]
+    raw = [(one["operator"], one["line"], one["column"], one["source"]) for one in json.loads(done.stdout)]
     return placed(module, source, [*raw, *_without_calls(source)])
 
 

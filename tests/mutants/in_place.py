@@ -15,8 +15,10 @@ Key = tuple[str, int]
 
 def _is_function(code: CodeType) -> bool:
     """Return whether code is that of a function, not of a class, a module, or a comprehension."""
-    return bool(code.co_flags & inspect.CO_OPTIMIZED) and not code.co_name.startswith("<") or (
-        code.co_name == "<lambda>"
+    return (
+        bool(code.co_flags & inspect.CO_OPTIMIZED)
+        and not code.co_name.startswith("<")
+        or (code.co_name == "<lambda>")
     )
 
 
@@ -59,7 +61,9 @@ class InPlace:
         self._file = file
         self._import = run_at_import(compile(source, file, "exec", dont_inherit=True))
         self._alive = [
-            one for one in gc.get_objects() if isinstance(one, FunctionType) and one.__code__.co_filename == file
+            one
+            for one in gc.get_objects()
+            if isinstance(one, FunctionType) and one.__code__.co_filename == file
         ]
 
     def put(self, source: str, *, try_only: bool = False) -> bool:

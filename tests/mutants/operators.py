@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from copy import deepcopy
 
 OPPOSITE_AND_NEXT = {
     "Lt": ("LtE", "GtE"),
@@ -36,7 +37,11 @@ ANOTHER = {
 }
 """An operation becomes one other; what is killed with one is killed with nearly all."""
 USED = (
-    *(f"ReplaceComparisonOperator_{one}_{other}" for one, others in OPPOSITE_AND_NEXT.items() for other in others),
+    *(
+        f"ReplaceComparisonOperator_{one}_{other}"
+        for one, others in OPPOSITE_AND_NEXT.items()
+        for other in others
+    ),
     *(f"ReplaceBinaryOperator_{one}_{other}" for one, other in ANOTHER.items()),
     "ReplaceUnaryOperator_Delete_Not",
     "ReplaceUnaryOperator_Delete_USub",
@@ -62,26 +67,22 @@ def mutants(source: str) -> list[dict[str, object]]:
     from cosmic_ray.operators.provider import OperatorProvider
 
     provider, found = OperatorProvider(), []
+    tree = parso.parse(source)
+    nodes = list(ast_nodes(tree))
     for name in USED:
         operator = provider[name]()
-        places = [
-            (number, index, start)
-            for number, node in enumerate(ast_nodes(parso.parse(source)))
-            for index, (start, _) in enumerate(operator.mutation_positions(node))
-        ]
-        for number, index, (line, column) in places:
-            tree = parso.parse(source)
-            node = next(node for at, node in enumerate(ast_nodes(tree)) if at == number)
-            siblings = node.parent.children
-            try:
-                changed = operator.mutate(node, index)
-            except AttributeError:  # cosmic-ray does not replace the names of exceptions that have a dot
-                continue
-            if changed is None:
-                siblings.remove(node)
-            else:
-                siblings[siblings.index(node)] = changed
-            found.append({"operator": name, "line": line, "column": column, "source": tree.get_code()})
+        for node in nodes:
+            for index, ((line, column), _) in enumerate(operator.mutation_positions(node)):
+                siblings = node.parent.children
+                at = siblings.index(node)
+                siblings[at] = copy = deepcopy(node, {id(node.parent): node.parent})
+                try:
+                    changed = operator.mutate(copy, index)
+                except AttributeError:  # cosmic-ray does not replace the names of exceptions that have a dot
+                    changed = copy
+                siblings[at : at + 1] = [] if changed is None else [changed]
+                found.append({"operator": name, "line": line, "column": column, "source": tree.get_code()})
+                siblings[at : at + (changed is not None)] = [node]
     return found
 
 

@@ -119,7 +119,9 @@ class _Engine:
                 return first_failed([items[one.name] for one in chosen]).encode()
 
             works.append(Work((number, len(chosen)), tried, *_limits(chosen)))
-        outcomes = [_ended(done.tag, done.said, timed_out=done.timed_out) for done in in_processes(works, self._jobs)]
+        outcomes = [
+            _ended(done.tag, done.said, timed_out=done.timed_out) for done in in_processes(works, self._jobs)
+        ]
         return {
             "outcomes": [*outcomes, *unseen],
             "left": left,
@@ -259,7 +261,9 @@ def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[str], jobs: 
         yield Outcome(mutants[number], ended, by)
     if said["left"]:
         chosen = _within([_Test(name, frozenset(), *of) for name, of in said["tests"].items()])
-        work = Work(None, lambda: _all_anew(mutants, said["left"], chosen, said["modules"], jobs), 86400, 86400)
+        work = Work(
+            None, lambda: _all_anew(mutants, said["left"], chosen, said["modules"], jobs), 86400, 86400
+        )
         (done,) = in_processes([work], 1)
         if done.said is None:
             raise CannotTry(f"{module}: the process that imports anew died")
@@ -275,7 +279,9 @@ def _all_anew(
     names = [one.name for one in tests]
     cpu_s, wall_s = _limits(tests)
     works = [
-        Work((number, len(names)), lambda mutant=mutants[number]: _anew(mutant, names), cpu_s + 20, wall_s + 60)
+        Work(
+            (number, len(names)), lambda mutant=mutants[number]: _anew(mutant, names), cpu_s + 20, wall_s + 60
+        )
         for number in left
     ]
     return json.dumps(

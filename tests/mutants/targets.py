@@ -29,7 +29,12 @@ _GUARDS = (
     "tests/daq/test_panel.py",
     "tests/daq/test_plausibility.py",
 )
-_STOP = ("tests/daq/stopping", "tests/daq/test_release_bound.py", "tests/daq/test_safe_stop.py", "tests/daq/test_stop_eyes.py")
+_STOP = (
+    "tests/daq/stopping",
+    "tests/daq/test_release_bound.py",
+    "tests/daq/test_safe_stop.py",
+    "tests/daq/test_stop_eyes.py",
+)
 _WRITER = ("tests/drivers/test_writer_lock.py", "tests/drivers/test_writer_notice.py")
 _JOURNAL = (
     "tests/recording/test_journal.py",
@@ -50,23 +55,35 @@ PARTS = (
         "guards",
         {
             f"daq/guards/{name}.py": _GUARDS
-            for name in ("panel", "guard", "margin", "trips", *(f"kinds/{kind}" for kind in (
-                "channel",
-                "controller",
-                "temperature",
-                "silence",
-                "recorder",
-                "rate",
-                "clock",
-                "agreement",
-                "frozen",
-                "missed_cycles",
-                "plausibility",
-                "status_force",
-            )))
+            for name in (
+                "panel",
+                "guard",
+                "margin",
+                "trips",
+                *(
+                    f"kinds/{kind}"
+                    for kind in (
+                        "channel",
+                        "controller",
+                        "temperature",
+                        "silence",
+                        "recorder",
+                        "rate",
+                        "clock",
+                        "agreement",
+                        "frozen",
+                        "missed_cycles",
+                        "plausibility",
+                        "status_force",
+                    )
+                ),
+            )
         },
     ),
-    Part("safe stop", {f"daq/motions/{name}.py": _STOP for name in ("safe_stop", "stop_observer", "release_bound")}),
+    Part(
+        "safe stop",
+        {f"daq/motions/{name}.py": _STOP for name in ("safe_stop", "stop_observer", "release_bound")},
+    ),
     Part(
         "lock and watchdog",
         {
@@ -80,7 +97,10 @@ PARTS = (
     Part(
         "seal",
         {
-            f"recording/sealing/{name}.py": ("tests/recording/test_sealing.py", "tests/recording/test_verify.py")
+            f"recording/sealing/{name}.py": (
+                "tests/recording/test_sealing.py",
+                "tests/recording/test_verify.py",
+            )
             for name in ("journal_outline", "seal_journal", "verification")
         },
     ),
@@ -92,8 +112,8 @@ PARTS = (
         "bounds of settings",
         {
             "foundation/settings/bounds.py": _SETTINGS,
-            "protocols/bounded_numbers.py": _SETTINGS,
-            "drivers/instruments/bounded_numbers.py": _SETTINGS,
+            "protocols/bounded_numbers.py": ("tests/protocols/test_bounded_numbers.py",),
+            "drivers/instruments/bounded_numbers.py": ("tests/drivers/test_bounded_numbers.py",),
         },
     ),
 )

@@ -70,7 +70,10 @@ def test_a_good_test_kills_and_a_weak_one_lets_survive(monkeypatch: pytest.Monke
 def test_tests_that_fail_by_themselves_or_are_none_try_nothing(tmp_path: Path) -> None:
     failing = tmp_path / "test_failing.py"
     failing.write_text("def test_it():\n    assert False\n", encoding="utf-8")
-    for tests, why in ((str(failing), "without any mutant these fail"), (str(tmp_path / "none"), "cannot be|nothing was")):
+    for tests, why in (
+        (str(failing), "without any mutant these fail"),
+        (str(tmp_path / "none"), "cannot be|nothing was"),
+    ):
         with pytest.raises(CannotTry, match=why):
             list(try_all(PLANTED, changed(HAND[1]), [tests], 1))
 
@@ -102,9 +105,15 @@ def test_every_mutant_is_noticed_or_explained(module: str) -> None:
 
 
 def test_what_is_never_run_is_no_mutant() -> None:
-    source = "class A(Protocol):\n    def b(self) -> int | None: ...\n\ndef c(a: int | str) -> None:\n    d = 1\n"
+    source = (
+        "class A(Protocol):\n    def b(self) -> int | None: ...\n\ndef c(a: int | str) -> None:\n    d = 1\n"
+    )
     texts = [source.replace("int | None", "int & None"), source.replace("int | str", "int & str")]
-    places = [("X_BitOr", 2, 19, texts[0]), ("X_BitOr", 4, 12, texts[1]), ("Y", 5, 8, source.replace("= 1", "= 2"))]
+    places = [
+        ("X_BitOr", 2, 19, texts[0]),
+        ("X_BitOr", 4, 12, texts[1]),
+        ("Y", 5, 8, source.replace("= 1", "= 2")),
+    ]
     broken = [("Z", 5, 8, source.replace("= 1", "= ")), ("Same", 5, 8, source.replace("d = 1", "d  = 1"))]
     (one,) = placed("m.py", source, [*places, *broken])
     assert (one.where, one.first, one.last, one.line, one.mutant) == ("c", 5, 5, "d = 1", "d = 2")
@@ -112,7 +121,10 @@ def test_what_is_never_run_is_no_mutant() -> None:
 
 def test_a_statement_is_its_head_and_a_decorator_belongs_to_what_it_decorates() -> None:
     source = "class A:\n    @property\n    def b(self):\n        if (\n            1 < 2\n        ):\n            return 1\n"
-    made = [("L", 5, 14, source.replace("1 < 2", "1 <= 2")), ("D", 2, 4, source.replace("    @property\n", ""))]
+    made = [
+        ("L", 5, 14, source.replace("1 < 2", "1 <= 2")),
+        ("D", 2, 4, source.replace("    @property\n", "")),
+    ]
     decorator, comparison = placed("m.py", source, made)
     assert (comparison.where, comparison.first, comparison.last) == ("A.b", 4, 6)
     assert (decorator.where, decorator.line, decorator.mutant) == ("A.b", "@property", "")
@@ -163,7 +175,12 @@ def test_every_explanation_is_of_a_target_and_says_something() -> None:
 
 
 def test_every_target_and_its_tests_are_there() -> None:
-    assert [place for module, tests in MODULES.items() for place in (module, *tests) if not (ROOT / place).exists()] == []
+    assert [
+        place
+        for module, tests in MODULES.items()
+        for place in (module, *tests)
+        if not (ROOT / place).exists()
+    ] == []
 
 
 @pytest.mark.parametrize("module", scores.scores())

@@ -81,7 +81,11 @@ def read(folder: Path) -> tuple[list[int], ChainReader]:
 
 def test_files_of_a_run_are_counted_behind_its_name(tmp_path: Path) -> None:
     first = tmp_path / "r.journal"
-    assert [segment_path(first, number).name for number in (0, 1, 12)] == ["r.journal", "r.journal.1", "r.journal.12"]
+    assert [segment_path(first, number).name for number in (0, 1, 12)] == [
+        "r.journal",
+        "r.journal.1",
+        "r.journal.12",
+    ]
     for name in ("r.journal", "r.journal.10", "r.journal.9", "r.journal.x", "r.journal.²", "r.journal.1.tmp"):
         (tmp_path / name).touch()
     assert [path.name for path in later_segments(first)] == ["r.journal.9", "r.journal.10"]
@@ -407,7 +411,10 @@ def test_a_file_of_another_run_is_refused(tmp_path: Path) -> None:
     other = SegmentedJournal(tmp_path / "x.journal", "run-2", samples.metadata("run-2"))
     other.close()
     files[1].write_bytes((tmp_path / "x.journal").read_bytes())
-    with ChainReader(files[0]) as reader, pytest.raises(BadInput, match="is no part of this run's journal; move it away"):
+    with (
+        ChainReader(files[0]) as reader,
+        pytest.raises(BadInput, match="is no part of this run's journal; move it away"),
+    ):
         reader.poll()
     files[1].write_bytes(text)
     files[0].write_bytes(b"")
@@ -415,7 +422,10 @@ def test_a_file_of_another_run_is_refused(tmp_path: Path) -> None:
     assert (found, reader.missing) == ([], 1), "without a first header the file's name says which run it is"
     (tmp_path / "run-1.journal").rename(tmp_path / "run-3.journal")
     files[1].rename(tmp_path / "run-3.journal.1")
-    with ChainReader(tmp_path / "run-3.journal") as reader, pytest.raises(BadInput, match="no part of this run"):
+    with (
+        ChainReader(tmp_path / "run-3.journal") as reader,
+        pytest.raises(BadInput, match="no part of this run"),
+    ):
         reader.poll()
 
 

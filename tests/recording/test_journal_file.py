@@ -65,7 +65,9 @@ def test_the_file_appears_with_its_header_and_grows_by_whole_frames(tmp_path: Pa
     assert STARTING_PATTERN == "*.journal*.tmp"
 
 
-def test_header_and_name_are_on_the_disk_before_anything_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_header_and_name_are_on_the_disk_before_anything_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     done: list[str] = []
     monkeypatch.setattr(os, "fsync", lambda handle: done.append("fsync"))
     rename = module.give_final_name
@@ -144,7 +146,9 @@ def test_reserved_space_is_cut_off_at_the_end(tmp_path: Path) -> None:
 def test_a_run_that_has_a_journal_gets_no_second_and_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "r.journal").write_bytes(b"there")
     before = len(os.listdir("/proc/self/fd"))
-    with pytest.raises(BadInput, match=r"r\.journal: a journal of this run is there already; use another run id"):
+    with pytest.raises(
+        BadInput, match=r"r\.journal: a journal of this run is there already; use another run id"
+    ):
         journal(tmp_path, Disk())
     assert len(os.listdir("/proc/self/fd")) == before, "nothing stays open"
     assert [path.name for path in tmp_path.iterdir()] == ["r.journal"]

@@ -58,11 +58,19 @@ def kinds(frames: bytes) -> list[tuple[int, int, int]]:
 
 def test_numbers_of_the_format_are_as_they_were() -> None:
     """Journals are read years later: none of these may change without a new version."""
-    assert (records.MAGIC, records.JOURNAL_FORMAT, records.JOURNAL_VERSION) == (b"BSJ1", "bufferstand/journal", 1)
+    assert (records.MAGIC, records.JOURNAL_FORMAT, records.JOURNAL_VERSION) == (
+        b"BSJ1",
+        "bufferstand/journal",
+        1,
+    )
     assert {one.name: one.value for one in FrameKind} == {
         "HEADER": 1, "LAYOUT": 2, "DATA": 3, "ANCHOR": 4, "EVENT": 5, "END": 6,
     }  # fmt: skip
-    assert (records.MAX_PAYLOAD, records.LONGEST_NAME, records.FRAME.size) == (256 * 1024 * 1024, 200, FRAME_BYTES)
+    assert (records.MAX_PAYLOAD, records.LONGEST_NAME, records.FRAME.size) == (
+        256 * 1024 * 1024,
+        200,
+        FRAME_BYTES,
+    )
     assert records._READ_AT_ONCE == 1024 * 1024
 
 
@@ -118,7 +126,12 @@ def test_a_mark_goes_on_as_if_nothing_had_been_framed_since() -> None:
 
 
 def test_every_record_is_framed_as_what_it_is() -> None:
-    made = (DataRecord("a", 0, 0, TIMES, counts()), Anchor(1, 2.0, "t"), Event(1.0, "k", "t"), EndRecord("s", "", "t"))
+    made = (
+        DataRecord("a", 0, 0, TIMES, counts()),
+        Anchor(1, 2.0, "t"),
+        Event(1.0, "k", "t"),
+        EndRecord("s", "", "t"),
+    )
     for record, kind in zip(made, ([2, 3], [4], [5], [6]), strict=True):
         assert [one[0] for one in kinds(JournalWriter().record(record))] == kind
 
@@ -132,7 +145,9 @@ def test_a_record_larger_than_a_journal_takes_is_refused(monkeypatch: pytest.Mon
     assert kinds(writer._frame(FrameKind.EVENT, 0, b"")) == [(5, 0, 1)], "what was refused has no number"
 
 
-def test_the_largest_record_is_read_and_a_larger_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_largest_record_is_read_and_a_larger_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     writer = JournalWriter()
     header, event = writer.header("r", {}), writer.event(Event(1.0, "k", "x" * 300))
     path = write(tmp_path, header, event)
@@ -205,7 +220,10 @@ def test_a_torn_or_altered_record_is_told_from_one_of_another_place(tmp_path: Pa
     altered = bytearray(frames[1])
     altered[-1] ^= 1
     _, reader = read(write(tmp_path, frames[0], bytes(altered)))
-    assert (reader.stop, reader.why) == (JournalEnd.TORN, f"the record at byte {size} is torn or altered (CRC)")
+    assert (reader.stop, reader.why) == (
+        JournalEnd.TORN,
+        f"the record at byte {size} is torn or altered (CRC)",
+    )
     _, reader = read(write(tmp_path, frames[0], frames[2]))
     assert (reader.stop, reader.why) == (
         JournalEnd.INVALID,
@@ -215,7 +233,9 @@ def test_a_torn_or_altered_record_is_told_from_one_of_another_place(tmp_path: Pa
 
 def altogether(folder: Path, *payloads: tuple[int, int, bytes]) -> tuple[list[Any], JournalReader]:
     writer = JournalWriter()
-    return read(write(folder, *(writer._frame(FrameKind(kind), stream, what) for kind, stream, what in payloads)))
+    return read(
+        write(folder, *(writer._frame(FrameKind(kind), stream, what) for kind, stream, what in payloads))
+    )
 
 
 def layout(*channels: Iterable[Any], stream: str = "a") -> bytes:

@@ -29,7 +29,13 @@ class Around:
 
 
 def block(
-    values: Mapping[str, Any], *, stream: str = "controller", first: int = 0, at_us: int = 0, step_us: int = 1000, **more: Any
+    values: Mapping[str, Any],
+    *,
+    stream: str = "controller",
+    first: int = 0,
+    at_us: int = 0,
+    step_us: int = 1000,
+    **more: Any,
 ) -> ScaledBlock:
     """Return a block of signals, a sample every so many microseconds from a time on."""
     arrays = {name: np.atleast_1d(np.asarray(one, dtype=float)) for name, one in values.items()}

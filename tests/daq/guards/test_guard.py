@@ -36,7 +36,10 @@ class Bell(Guard[int]):
 
 
 def test_what_no_kind_need_say_is_the_same_for_all() -> None:
-    plain = {name: getattr(Guard, name) for name in ("docs", "turn", "standing", "in_journal", "of_zero", "lasting")}
+    plain = {
+        name: getattr(Guard, name)
+        for name in ("docs", "turn", "standing", "in_journal", "of_zero", "lasting")
+    }
     assert plain == {
         "docs": (),
         "turn": 1000,
@@ -56,7 +59,9 @@ def test_what_no_kind_need_say_is_the_same_for_all() -> None:
     assert list(Bell.made_for(None)) == []  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("left_out", ["kind", "title", "settings", "facts_as", "looks_at", "look", "margin", "made_for"])
+@pytest.mark.parametrize(
+    "left_out", ["kind", "title", "settings", "facts_as", "looks_at", "look", "margin", "made_for"]
+)
 def test_a_kind_that_leaves_something_out_is_refused_by_name(left_out: str) -> None:
     stated: dict[str, Any] = {
         "kind": "gong", "title": "a gong", "settings": (), "facts_as": "one", "looks_at": (PassOver,),
@@ -79,7 +84,12 @@ def test_one_that_stands_in_every_set_is_made_for_no_stand() -> None:
 def test_its_data_name_actions_and_come_back_as_they_were() -> None:
     bell = Bell("small", 2.5, Action.EMERGENCY, Action.STOP_AFTER_CYCLE)
     facts = bell.facts()
-    assert facts == {"name": "small", "limit": 2.5, "action": "emergency", "silence_action": "stop_after_cycle"}
+    assert facts == {
+        "name": "small",
+        "limit": 2.5,
+        "action": "emergency",
+        "silence_action": "stop_after_cycle",
+    }
     assert Bell.from_facts(facts) == bell
     assert Bell.from_facts(facts | {"of a later version": 1}) == bell
     assert Bell.from_facts({"limit": 4.0}) == Bell(limit=4.0)

@@ -43,7 +43,11 @@ def test_a_failure_stops_and_goes_before_a_full_disk() -> None:
     guard, _ = watching()
     (trip,) = guard.look(state(failure=OSError("gone"), disk_warning="no room"), 1.5)
     assert trip == Trip(
-        "recorder", Action.STOP, "recording failed: gone; what was on the disk before is kept", 1.5, device_fault=True
+        "recorder",
+        Action.STOP,
+        "recording failed: gone; what was on the disk before is kept",
+        1.5,
+        device_fault=True,
     )
     (trip,) = guard.look(state(disk_warning="no room"), 1.5)
     assert trip == Trip("recorder", Action.STOP, "the disk is nearly full: no room", 1.5, device_fault=True)
@@ -133,7 +137,12 @@ def test_the_guard_of_a_campaign_hands_the_recorder_on() -> None:
     assert memory.late_s == 1.0
     assert guard.after(memory, RunBegun()) is memory
     assert memory.late_s == 0.0
-    assert (guard.facts(), DiskGuard().stop_s, DiskGuard.standing, DiskGuard.in_journal) == (4.0, 10.0, True, False)
+    assert (guard.facts(), DiskGuard().stop_s, DiskGuard.standing, DiskGuard.in_journal) == (
+        4.0,
+        10.0,
+        True,
+        False,
+    )
     assert DiskGuard.turn == 140
     site: Any = SimpleNamespace(table=SimpleNamespace(disk_stop_s=6.0))
     assert list(DiskGuard.made_for(site)) == [DiskGuard(6.0)]

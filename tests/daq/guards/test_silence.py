@@ -18,7 +18,9 @@ GUARD = SilenceGuard("amplifier", 2.0, Action.STOP)
 HEARD = SilenceMemory(100.0)
 
 
-def after(wall_s: float, memory: SilenceMemory = HEARD, guard: SilenceGuard = GUARD) -> tuple[SilenceMemory, Any]:
+def after(
+    wall_s: float, memory: SilenceMemory = HEARD, guard: SilenceGuard = GUARD
+) -> tuple[SilenceMemory, Any]:
     return guard.look(memory, PassOver(), Around(wall_s=wall_s))
 
 

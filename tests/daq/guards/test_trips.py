@@ -56,6 +56,8 @@ def test_what_is_no_number_stays_out_of_the_run_file(value: float) -> None:
 
 
 def test_a_run_whose_last_moment_may_be_missing_has_failed() -> None:
-    ends = {name: run_status(Trip(name, Action.STOP, "", 0.0)) for name in ("controller", "recorder", "internal")}
+    ends = {
+        name: run_status(Trip(name, Action.STOP, "", 0.0)) for name in ("controller", "recorder", "internal")
+    }
     assert set(ends.values()) == {"failed"}
     assert run_status(Trip("force", Action.EMERGENCY, "", 0.0)) == "stopped"
