@@ -47,8 +47,8 @@ def test_what_is_said_before_a_campaign_begins() -> None:
         OutageLimit(2.0, math.inf, True)
         .sentence(0.6)
         .startswith(
-            "no outage of the wire longer than 0.6 s is ridden out: timeout_s = 0.6 leaves no time for it within the "
-            "watchdog's 2 s; a shorter one is asked over"
+            "no outage of the wire longer than 0.6 s is ridden out: timeout_s = 0.6 leaves no time for it "
+            "within the watchdog's 2 s; a shorter one is asked over"
         )
     )
     assert (

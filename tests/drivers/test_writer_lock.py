@@ -1,4 +1,4 @@
-"""The right to give commands: taken, kept, fed and lost, register by register, on a controller of a few lines."""
+"""The right to give commands: taken, kept, fed and lost, register by register."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Controller:
             exchange=self._exchange,
         )
 
-    def _read(self, address: int, count: int, what: str) -> list[int]:
+    def _read(self, address: int, count: int, what: str) -> list[int]:  # noqa: ARG002
         assert (address, count) == (WRITER, 1)
         self.asked.append("look")
         return [self.replies.pop(0) if self.replies else self.writer or 0]
@@ -372,7 +372,7 @@ def test_without_a_register_a_file_locks_for_the_programs_of_this_computer(tmp_p
     first.confirm()
     assert controller.asked == [], "there is no register to look at"
     with pytest.raises(
-        DeviceFault, match="another program gives it commands: .*, this, since .*; end that program"
+        DeviceFault, match=r"another program gives it commands: .*, this, since .*; end that program"
     ):
         second.claim()
     assert not second.held

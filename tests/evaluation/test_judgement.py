@@ -27,7 +27,7 @@ def limits(*, covers: str = "", asks: str = "", not_for: str = "") -> Any:
         id="a set",
         covers=lambda kind: kind == covers,
         asks_of=lambda kind: kind == asks,
-        why_not_for=lambda specimen: not_for,
+        why_not_for=lambda specimen: not_for,  # noqa: ARG005
     )
 
 
@@ -85,7 +85,7 @@ def case(kind: str, *set_fields: str) -> Any:
 def judges(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each kind of judgement only says its name."""
     for name in ("impact", "proof", "static", "maintenance"):
-        monkeypatch.setattr(judgement, f"judge_{name}", lambda case, name=name: [name])
+        monkeypatch.setattr(judgement, f"judge_{name}", lambda case, name=name: [name])  # noqa: ARG005
 
 
 def test_each_kind_of_run_has_its_judges() -> None:

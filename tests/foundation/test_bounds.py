@@ -1,4 +1,4 @@
-"""Bounds of settings: which number of a file is refused and how that is said, and what a schema lets be written."""
+"""Bounds of settings: which number of a file is refused, and what a schema lets be written."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class Msvcrt(ModuleType):
 def test_windows_locks_one_byte_behind_all_that_is_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Run the code for Windows here, on locks as Windows has them: who reads the file meets no locked byte."""
+    """Run the code for Windows here, on locks as Windows has them: who reads meets no locked byte."""
     windows = Msvcrt()
     monkeypatch.setitem(sys.modules, "msvcrt", windows)
     monkeypatch.setattr(sys, "platform", "win32")

@@ -1,1 +1,1 @@
-"""Small changes made on purpose to what must not break: each must fail a test (``python -m tests.mutants``)."""
+"""Small changes made on purpose to what must not break: each must fail a test."""

@@ -1,7 +1,7 @@
-"""`python -m tests.mutants [MODULE…]`: change the code at one place after the other; each change must fail a test.
+"""`python -m tests.mutants [MODULE…]`: change the code place by place; each change must fail a test.
 
-MODULE is a file or a folder of `--list`; all where none is named. Exit status 1: a change that no test noticed and that
-`tests/mutants/accepted.toml` does not explain, or an entry there that no longer occurs.
+MODULE is a file or a folder of `--list`; all where none is named. Exit status 1: a change that no test
+noticed and that `tests/mutants/accepted.toml` does not explain, or an entry there that no longer occurs.
 """
 
 from __future__ import annotations
@@ -78,11 +78,13 @@ def main() -> int:
     old = [] if a.limit else out_of_date(tried, survivors, accepted())
     for mutant in missing:
         print(
-            f"\n{mutant.module}:{mutant.first} {mutant.where} ({mutant.operator})\n- {mutant.line}\n+ {mutant.mutant}"
+            f"\n{mutant.module}:{mutant.first} {mutant.where} ({mutant.operator})\n"
+            f"- {mutant.line}\n+ {mutant.mutant}"
         )
     for one in old:
         print(
-            f"\naccepted.toml: no such survivor any more: {one.module} {one.where}\n- {one.line}\n+ {one.mutant}"
+            f"\naccepted.toml: no such survivor any more: {one.module} {one.where}\n"
+            f"- {one.line}\n+ {one.mutant}"
         )
     return int(bool(missing or old))
 

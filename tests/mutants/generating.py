@@ -79,8 +79,8 @@ def mutants_of(module: str, source: str) -> list[Mutant]:
     """Return all mutants of a source, in the order of its lines, each once.
 
     Left out are those that say the same, those that do not compile, those of annotations of functions,
-    and unions of types in any annotation: nothing of them is run. So are the ``frozen`` and ``slots`` of dataclasses:
-    they are for who writes code, and the type checker holds them. Protocols are never run.
+    and unions of types in any annotation: nothing of them is run. So are the ``frozen`` and ``slots`` of
+    dataclasses: they are for who writes code, and the type checker holds them. Protocols are never run.
     """
     done = subprocess.run(
         [str(TOOL / "bin" / "python"), str(Path(__file__).with_name("operators.py"))],
@@ -190,7 +190,7 @@ def _not_run(tree: ast.Module) -> Iterator[tuple[tuple[int, int], tuple[int, int
 
 
 def _without_calls(source: str) -> Iterator[tuple[str, int, int, str]]:
-    """Yield the source without each of its calls that stand alone: what is done for its effect is not done."""
+    """Yield the source without each of its calls that stand alone, done for its effect."""
     lines = source.splitlines(keepends=True)
     for node in ast.walk(ast.parse(source)):
         if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call | ast.Await | ast.YieldFrom)):

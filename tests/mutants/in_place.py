@@ -1,7 +1,7 @@
 """Put a mutant in the place of code that is imported already: by the code of its functions.
 
-A change inside a function needs no new import: every function of the file that is alive gets its new code. One of what
-is run at import (constants, defaults, classes, decorators) needs one.
+A change inside a function needs no new import: every function of the file that is alive gets its new code.
+One of what is run at import (constants, defaults, classes, decorators) needs one.
 """
 
 from __future__ import annotations
@@ -15,10 +15,8 @@ Key = tuple[str, int]
 
 def _is_function(code: CodeType) -> bool:
     """Return whether code is that of a function, not of a class, a module, or a comprehension."""
-    return (
-        bool(code.co_flags & inspect.CO_OPTIMIZED)
-        and not code.co_name.startswith("<")
-        or (code.co_name == "<lambda>")
+    return (bool(code.co_flags & inspect.CO_OPTIMIZED) and not code.co_name.startswith("<")) or (
+        code.co_name == "<lambda>"
     )
 
 

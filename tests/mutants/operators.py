@@ -1,7 +1,7 @@
 """Mutate a source with cosmic-ray's operators; a program of its own, run with the environment that has them.
 
-Reads a source from standard input, writes a list of mutants to standard output, as JSON: operator, line (from 1),
-column (from 0), source.
+Reads a source from standard input, writes a list of mutants to standard output, as JSON: operator, line
+(from 1), column (from 0), source.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ OPPOSITE_AND_NEXT = {
     "Is": ("IsNot",),
     "IsNot": ("Is",),
 }
-"""A comparison becomes the one with the other edge, and its opposite; the other five of cosmic-ray say no more."""
+"""A comparison becomes the one with the other edge, and its opposite; the other five say no more."""
 ANOTHER = {
     "Add": "Sub",
     "Sub": "Add",

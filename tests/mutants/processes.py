@@ -10,7 +10,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 MEMORY_BYTES = 6 * 2**30
@@ -41,7 +43,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a piece: what it returned, None where it was killed or failed; ``timed_out`` by its limits."""
+    """What became of a piece: what it returned, None where it failed; whether its limits ended it."""
 
     tag: Any
     said: bytes | None
@@ -61,7 +63,7 @@ def _child(work: Work, folder: str, out: int) -> None:
         said = work.do()
         with os.fdopen(out, "wb") as pipe:
             pipe.write(said)
-    except BaseException:
+    except BaseException:  # noqa: BLE001 - whatever it was, this process is over
         os._exit(1)
     os._exit(0)
 
@@ -71,7 +73,7 @@ def in_processes(works: Iterable[Work], jobs: int) -> Iterator[Done]:
 
     Whatever a piece started and left behind is ended with it.
     """
-    running: dict[int, tuple[Work, float, str, str]] = {}
+    running: dict[int, tuple[Work, float, str, Path]] = {}
     waiting = iter(works)
     more = True
     while more or running:
@@ -81,7 +83,7 @@ def in_processes(works: Iterable[Work], jobs: int) -> Iterator[Done]:
                 more = False
                 break
             folder = tempfile.mkdtemp(prefix="mutant-")
-            place = os.path.join(folder, "said")
+            place = Path(folder, "said")
             sys.stdout.flush()
             sys.stderr.flush()
             pid = os.fork()
@@ -100,8 +102,7 @@ def in_processes(works: Iterable[Work], jobs: int) -> Iterator[Done]:
             by = os.WTERMSIG(status) if ended and os.WIFSIGNALED(status) else 0
             said = None
             if ended and status == 0:
-                with open(place, "rb") as pipe:
-                    said = pipe.read()
+                said = place.read_bytes()
             shutil.rmtree(folder, ignore_errors=True)
             yield Done(work.tag, said, late or by in (signal.SIGXCPU, signal.SIGKILL))
         time.sleep(BREATH_S)
@@ -109,7 +110,5 @@ def in_processes(works: Iterable[Work], jobs: int) -> Iterator[Done]:
 
 def _end_all(group: int) -> None:
     """End a group of processes, if any of it is left."""
-    try:
+    with suppress(ProcessLookupError):
         os.killpg(group, signal.SIGKILL)
-    except ProcessLookupError:
-        pass

@@ -1,8 +1,8 @@
 """Try mutants of a module against its tests.
 
-Three kinds of process: this one never imports what is mutated; a child of it imports the module and collects its tests
-once, looks which test runs which lines, and forks a child of its own for each mutant inside a function; a mutant of what
-is run at import gets a child of this one, which imports everything with it.
+Three kinds of process: this one never imports what is mutated; a child of it imports the module and collects
+its tests once, looks which test runs which lines, and forks a child for each mutant inside a function;
+a mutant of what is run at import gets a child of a third, which imports what uses it with it.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Outcome:
     by: str
 
 
-class CannotTry(Exception):
+class CannotTry(Exception):  # noqa: N818 - it names the fact
     """The tests do not pass, or there are none, without any mutant."""
 
 
@@ -66,7 +66,7 @@ class _Test:
 
 
 class _Engine:
-    """A plugin in the place of pytest's own loop: collects once, then tries every mutant that it can put in place."""
+    """A plugin in the place of pytest's own loop: tries the mutants that can be put in place."""
 
     def __init__(self, module: str, mutants: Sequence[Mutant], jobs: int) -> None:
         self._module, self._mutants, self._jobs = module, mutants, jobs
@@ -274,7 +274,7 @@ def try_all(module: str, mutants: Sequence[Mutant], tests: Sequence[str], jobs: 
 def _all_anew(
     mutants: Sequence[Mutant], left: Sequence[int], tests: Sequence[_Test], modules: Sequence[str], jobs: int
 ) -> bytes:
-    """Be the process that tries mutants of what is run at import: each in a child that imports what uses it."""
+    """Be the process that tries mutants of what is run at import: each in a child that imports its users."""
     _know(modules, _name(mutants[left[0]].module))
     names = [one.name for one in tests]
     cpu_s, wall_s = _limits(tests)
@@ -295,7 +295,7 @@ class _Kept:
     def __init__(self, name: str) -> None:
         self._name = name
 
-    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:  # noqa: ARG002
         if name == self._name:
             raise ImportError(name)
 
@@ -307,6 +307,6 @@ def _know(names: Sequence[str], kept: str) -> None:
     for name in names:
         try:
             importlib.import_module(name)
-        except Exception:
+        except Exception:  # noqa: BLE001 - what cannot be imported is not known beforehand
             continue
     sys.meta_path.remove(finder)

@@ -1,4 +1,4 @@
-"""The tool itself: which mutants it makes, that a good test kills them and a weak one does not, and what it demands."""
+"""The tool itself: which mutants it makes, and that a good test kills them and a weak one does not."""
 
 from __future__ import annotations
 
@@ -120,7 +120,8 @@ def test_what_is_never_run_is_no_mutant() -> None:
 
 
 def test_a_statement_is_its_head_and_a_decorator_belongs_to_what_it_decorates() -> None:
-    source = "class A:\n    @property\n    def b(self):\n        if (\n            1 < 2\n        ):\n            return 1\n"
+    source = "class A:\n    @property\n    def b(self):\n        if (\n            1 < 2\n        ):\n"
+    source += "            return 1\n"
     made = [
         ("L", 5, 14, source.replace("1 < 2", "1 <= 2")),
         ("D", 2, 4, source.replace("    @property\n", "")),

@@ -43,7 +43,7 @@ def first_failed(items: Sequence[pytest.Item]) -> str:
 
 
 def what_each_runs(items: Sequence[pytest.Item], file: str) -> bytes:
-    """Run tests; return which lines of a file each runs, how long it takes and how it ends, as JSON by name."""
+    """Run tests; return which lines of a file each runs, how long it takes and how it ends, as JSON."""
     lines: set[int] = set()
 
     def local(frame: FrameType, event: str, argument: object) -> Any:

@@ -30,7 +30,7 @@ BOUNDS: dict[str, tuple[type, float | None, float, float]] = {
 
 
 def limits(kind: Any) -> tuple[type, float | None, float | None, Within]:
-    """Return the type of a number, its open and its closed lower limit in any use, and its bounds in a file."""
+    """Return the type of a number, its open and its closed lower limit, and its bounds in a file."""
     own, *said = get_args(kind)
     stated = [one for field in said for one in getattr(field, "metadata", [])]
     above = next((one.gt for one in stated if isinstance(one, at.Gt)), None)

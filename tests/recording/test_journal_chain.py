@@ -1,4 +1,4 @@
-"""Several files of one journal: what is acknowledged when, when a new one begins, and what a reader says of holes."""
+"""Several files of one journal: what is acknowledged, when a new one begins, what is said of holes."""
 
 from __future__ import annotations
 
@@ -375,7 +375,6 @@ def test_records_behind_an_invalid_one_are_told_of(tmp_path: Path) -> None:
     damaged[begins + 30] ^= 1
     files[1].unlink()
     files[0].write_bytes(bytes(damaged))
-    _, reader = read(tmp_path)
     with ChainReader(files[0]) as reader:
         assert reader.poll() == []
         assert reader.more_lies_behind(), "the block behind its damaged layout"

@@ -1,4 +1,4 @@
-"""One file of the journal: how it appears, what a failing disk leaves, what is reserved ahead, who may use it."""
+"""One file of the journal: how it appears, what a failing disk leaves, what is reserved, who may use it."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from bufferstand.recording.journal.file import (
 )
 
 MIB = 1024 * 1024
+OPEN = Path("/proc/self/fd")
 
 
 class Disk:
@@ -35,12 +36,12 @@ class Disk:
             raise OSError(errno.ENOSPC, "full")
         return os.pwrite(handle, data, offset)
 
-    def fdatasync(self, handle: int) -> None:
+    def fdatasync(self, handle: int) -> None:  # noqa: ARG002
         self.synced += 1
         if self.failing == "sync":
             raise OSError(errno.EIO, "broken")
 
-    def fallocate(self, handle: int, offset: int, length: int) -> None:
+    def fallocate(self, handle: int, offset: int, length: int) -> None:  # noqa: ARG002
         self.reserved.append((offset, length))
         if self.failing.startswith("reserve"):
             raise OSError(errno.ENOSPC, self.failing)
@@ -69,7 +70,7 @@ def test_header_and_name_are_on_the_disk_before_anything_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done: list[str] = []
-    monkeypatch.setattr(os, "fsync", lambda handle: done.append("fsync"))
+    monkeypatch.setattr(os, "fsync", lambda handle: done.append("fsync"))  # noqa: ARG005
     rename = module.give_final_name
     monkeypatch.setattr(module, "give_final_name", lambda *paths: (done.append("name"), rename(*paths)))
     file = journal(tmp_path, Disk())
@@ -145,12 +146,12 @@ def test_reserved_space_is_cut_off_at_the_end(tmp_path: Path) -> None:
 
 def test_a_run_that_has_a_journal_gets_no_second_and_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "r.journal").write_bytes(b"there")
-    before = len(os.listdir("/proc/self/fd"))
+    before = len(list(OPEN.iterdir()))
     with pytest.raises(
         BadInput, match=r"r\.journal: a journal of this run is there already; use another run id"
     ):
         journal(tmp_path, Disk())
-    assert len(os.listdir("/proc/self/fd")) == before, "nothing stays open"
+    assert len(list(OPEN.iterdir())) == before, "nothing stays open"
     assert [path.name for path in tmp_path.iterdir()] == ["r.journal"]
     assert (tmp_path / "r.journal").read_bytes() == b"there"
 
@@ -162,14 +163,34 @@ def test_a_folder_that_takes_no_file_is_named(tmp_path: Path) -> None:
 
 def test_a_header_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     class Full(Disk):
-        def pwrite(self, handle: int, data: bytes | memoryview, offset: int) -> int:
+        def pwrite(self, handle: int, data: bytes | memoryview, offset: int) -> int:  # noqa: ARG002
             raise OSError(errno.ENOSPC, "No space left on device")
 
-    before = len(os.listdir("/proc/self/fd"))
+    before = len(list(OPEN.iterdir()))
     with pytest.raises(BadInput, match="cannot record here: No space left on device"):
         journal(tmp_path, Full())
     assert list(tmp_path.iterdir()) == []
-    assert len(os.listdir("/proc/self/fd")) == before
+    assert len(list(OPEN.iterdir())) == before
+
+
+def test_a_name_that_does_not_reach_the_disk_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def renamed(temporary: Path, final: Path) -> None:
+        temporary.replace(final)
+        raise OSError(errno.EIO, "the folder cannot be synchronised")
+
+    monkeypatch.setattr(module, "give_final_name", renamed)
+    with pytest.raises(BadInput, match="cannot record here: the folder cannot be synchronised"):
+        journal(tmp_path, Disk())
+
+
+def test_everybody_may_read_a_journal_and_only_its_owner_write_it(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        file = journal(tmp_path, Disk())
+    finally:
+        os.umask(before)
+    assert file.path.stat().st_mode & 0o777 == 0o644
+    file.close()
 
 
 def test_what_an_earlier_attempt_left_is_overwritten(tmp_path: Path) -> None:

@@ -28,10 +28,10 @@ class Bell(Guard[int]):
     action: Action = Action.STOP
     silence_action: Action = Action.NOTE
 
-    def look(self, memory: int, sight: Sight, beside: Beside) -> tuple[int, Found]:
+    def look(self, memory: int, sight: Sight, beside: Beside) -> tuple[int, Found]:  # noqa: ARG002
         return memory + 1, None
 
-    def margin(self, memory: int, beside: Beside) -> Margin:
+    def margin(self, memory: int, beside: Beside) -> Margin:  # noqa: ARG002
         return Margin(self.name, self.name, "", None, self.action)
 
 
@@ -65,7 +65,7 @@ def test_what_no_kind_need_say_is_the_same_for_all() -> None:
 def test_a_kind_that_leaves_something_out_is_refused_by_name(left_out: str) -> None:
     stated: dict[str, Any] = {
         "kind": "gong", "title": "a gong", "settings": (), "facts_as": "one", "looks_at": (PassOver,),
-        "look": Bell.look, "margin": Bell.margin, "made_for": classmethod(lambda cls, site: ()),
+        "look": Bell.look, "margin": Bell.margin, "made_for": classmethod(lambda cls, site: ()),  # noqa: ARG005
     }  # fmt: skip
     assert type("Gong", (Guard,), dict(stated)).kind == "gong"  # type: ignore[attr-defined]
     del stated[left_out]

@@ -28,8 +28,8 @@ def test_so_many_as_allowed_are_counted_and_one_more_stops() -> None:
     assert trip == Trip(
         "missed cycles",
         Action.STOP,
-        "the controller missed 4 cycles of its loop within 60 s, more than 3 (the last before sample 70 at 2.500 s "
-        "of its clock): look at the load of its loop",
+        "the controller missed 4 cycles of its loop within 60 s, more than 3 (the last before sample 70 at "
+        "2.500 s of its clock): look at the load of its loop",
         7.5,
         value=4.0,
         limit=3.0,

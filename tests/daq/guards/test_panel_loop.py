@@ -1,4 +1,4 @@
-"""The panel as a loop and a latch: every sight and every happening reaches the guards, and what they say is said."""
+"""The panel as a loop and a latch: what comes in reaches the guards, and what they say is said."""
 
 from __future__ import annotations
 
@@ -70,17 +70,17 @@ class Witness(Guard[int]):
         SEEN.append((sight, beside.at_s, beside.wall_s))
         return memory + 1, self.says
 
-    def margin(self, memory: int, beside: Beside) -> Margin:
+    def margin(self, memory: int, beside: Beside) -> Margin:  # noqa: ARG002
         return Margin(self.name, self.name, f"{memory}", None, Action.NOTE)
 
     def after(self, memory: int, happening: Any) -> int | None:
         SEEN.append(happening)
         return memory
 
-    def explained(self, memory: int, trip: Trip, beside: Beside) -> Trip:
+    def explained(self, memory: int, trip: Trip, beside: Beside) -> Trip:  # noqa: ARG002
         return trip if self.instead is None else self.instead
 
-    def is_unsure(self, memory: int) -> bool:
+    def is_unsure(self, memory: int) -> bool:  # noqa: ARG002
         return self.doubts
 
 
@@ -110,11 +110,11 @@ def test_every_sight_reaches_a_guard_that_looks_at_it_with_its_times() -> None:
     own, other = block(), block("temperature_1")
     panel.observe(own, 2.0)
     panel.observe(other, 3.0)
-    assert SEEN == [
+    assert [
         (Samples(own), 7.5, 2.0),
         (Samples(other), 7.5, 3.0),
         (Judged(other), 7.5, 3.0),
-    ]
+    ] == SEEN
     SEEN.clear()
     fault = SensorFault("temperature_1", 8.0, "CRC wrong")
     computer = Computer(1.0, 2.0, guarded=True)
@@ -124,14 +124,14 @@ def test_every_sight_reaches_a_guard_that_looks_at_it_with_its_times() -> None:
     panel.look_at_recorder("recorder", 10.0)  # type: ignore[arg-type]
     panel.listen(11.0, 5.0, computer)
     panel.look_once_more(12.0)
-    assert SEEN == [
+    assert [
         (Complaint(fault), 7.5, 3.0),
         (Snapshot(STATUS, None, None, up_to_date=True), 9.0, 4.0),
         (Snapshot(STATUS, 1.0, 0.1, up_to_date=False), 9.5, 4.5),
         (Recorded("recorder"), 10.0, 4.5),  # type: ignore[arg-type]
         (PassOver(computer), 11.0, 5.0),
         (MotionOver(), 12.0, 5.0),
-    ]
+    ] == SEEN
     assert panel.margins(6.0)[0].text == "9", "what it remembers is handed on"
     assert panel.wall_s == 6.0
 
@@ -151,7 +151,7 @@ def test_every_happening_is_told_also_to_a_guard_that_is_not_in_force_now() -> N
     assert not panel.cut_off
     panel.begin_run()
     panel.read_clocks(1.0, 2.0, 3.0)
-    assert SEEN == [
+    assert [
         NewZero(counted=False),
         NewZero(counted=True),
         SwitchedOn(),
@@ -160,7 +160,7 @@ def test_every_happening_is_told_also_to_a_guard_that_is_not_in_force_now() -> N
         BegunAnew(3.0),
         RunBegun(),
         ClocksRead(1.0, 2.0, 3.0),
-    ]
+    ] == SEEN
 
 
 def test_a_guard_that_has_begun_to_doubt_asks_for_more() -> None:
@@ -252,7 +252,7 @@ def test_the_gravest_margins_stand_first() -> None:
 
 def test_two_guards_of_one_name_are_refused() -> None:
     with pytest.raises(
-        ValueError, match="more than one guard of the same name: {\\('witness', 'witness'\\)}"
+        ValueError, match=r"more than one guard of the same name: {\('witness', 'witness'\\)}"
     ):
         GuardSet(Witness(), Witness(), complete=False)
     assert len(list(GuardSet(Witness("a"), Witness("b"), complete=False))) == 2
@@ -285,7 +285,7 @@ def test_a_journal_is_looked_at_by_the_guards_that_can(monkeypatch: pytest.Monke
         standing: ClassVar = False
 
         @classmethod
-        def made_for(cls, site: Any) -> Any:
+        def made_for(cls, site: Any) -> Any:  # noqa: ARG003
             return ()
 
     monkeypatch.setattr(panel_module, "kinds", lambda: (One,))

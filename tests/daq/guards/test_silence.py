@@ -31,7 +31,8 @@ def test_the_limit_itself_is_no_silence() -> None:
     assert trip == Trip(
         "silence of amplifier",
         Action.STOP,
-        "amplifier has delivered nothing for 2.5 s (limit 2 s): nothing was received; check cable, power and port",
+        "amplifier has delivered nothing for 2.5 s (limit 2 s): nothing was received; "
+        "check cable, power and port",
         5.0,
         value=2.5,
         limit=2.0,
