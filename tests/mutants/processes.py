@@ -104,7 +104,7 @@ def in_processes(works: Iterable[Work], jobs: int) -> Iterator[Done]:
             if ended and status == 0:
                 said = place.read_bytes()
             shutil.rmtree(folder, ignore_errors=True)
-            yield Done(work.tag, said, late or by in (signal.SIGXCPU, signal.SIGKILL))
+            yield Done(work.tag, said, late or by in (signal.SIGXCPU, signal.SIGPROF, signal.SIGKILL))
         time.sleep(BREATH_S)
 
 

@@ -12,7 +12,7 @@ import importlib.machinery
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,8 +26,8 @@ from tests.mutants.testing import NoShrinking, first_failed, use_folder, what_ea
 
 BUDGET_S = 8.0
 """Of the tests that run a mutant's line, the quickest so many seconds of processor time are run."""
-TIMES, AND_S = 4.0, 8.0
-"""A mutant may take so many times what its tests took without it, and so many seconds more."""
+TIMES, AND_S = 4.0, 2.0
+"""With a mutant each test may take so many times what it took without, and so many seconds more."""
 QUIET = (
     *("-q", "-s", "-p", "no:cacheprovider", "-m", "not slow and not long"),
     *("-W", "ignore::pytest.PytestAssertRewriteWarning"),
@@ -116,7 +116,7 @@ class _Engine:
                 use_folder(session.config)
                 place.put(mutant.source)
                 _load_instead(mutant)
-                return first_failed([items[one.name] for one in chosen]).encode()
+                return first_failed([items[one.name] for one in chosen], _each(chosen)).encode()
 
             works.append(Work((number, len(chosen)), tried, *_limits(chosen)))
         outcomes = [
@@ -177,16 +177,25 @@ def _within(tests: Sequence[_Test]) -> list[_Test]:
 
 
 def _limits(tests: Sequence[_Test]) -> tuple[float, float]:
-    """Return the limits of processor time and of the wall's for tests with a mutant [s]."""
-    cpu_s = TIMES * sum(one.cpu_s for one in tests) + AND_S
-    return cpu_s, 2 * TIMES * sum(max(one.cpu_s, one.wall_s) for one in tests) + 4 * AND_S
+    """Return the limits of processor time and of the wall's for all tests with a mutant [s].
+
+    The wall's is for tests that wait for what never comes, with other programs on the same processors.
+    """
+    cpu_s = TIMES * sum(one.cpu_s for one in tests) + 4 * AND_S
+    return cpu_s, 2 * TIMES * sum(max(one.cpu_s, one.wall_s) for one in tests) + 16 * AND_S
+
+
+def _each(tests: Sequence[_Test]) -> dict[str, float]:
+    """Return the limit of processor time of each test with a mutant [s]."""
+    return {one.name: TIMES * one.cpu_s + AND_S for one in tests}
 
 
 class _Only:
     """A plugin: of what is collected, these tests in this order."""
 
-    def __init__(self, names: Sequence[str]) -> None:
-        self._turn = {name: number for number, name in enumerate(names)}
+    def __init__(self, limits_s: Mapping[str, float]) -> None:
+        self._limits_s = limits_s
+        self._turn = {name: number for number, name in enumerate(limits_s)}
         self.failed = ""
 
     @pytest.hookimpl(trylast=True)
@@ -201,7 +210,7 @@ class _Only:
         if session.testsfailed or len(session.items) != len(self._turn):
             self.failed = "its tests cannot be collected"
         else:
-            self.failed = first_failed(session.items)
+            self.failed = first_failed(session.items, self._limits_s)
         return True
 
 
@@ -219,11 +228,11 @@ def _load_instead(mutant: Mutant) -> None:
     importlib.machinery.SourceFileLoader.get_code = get_code  # type: ignore[method-assign]
 
 
-def _anew(mutant: Mutant, names: Sequence[str]) -> bytes:
-    """Import everything with a mutant and run tests; return which failed, empty where all passed."""
+def _anew(mutant: Mutant, limits_s: Mapping[str, float]) -> bytes:
+    """Import everything with a mutant and run tests in turn; return which failed, empty where all passed."""
     _load_instead(mutant)
-    only = _Only(names)
-    files = sorted({name.partition("::")[0] for name in names})
+    only = _Only(limits_s)
+    files = sorted({name.partition("::")[0] for name in limits_s})
     status = pytest.main([*QUIET, *files], plugins=[NoShrinking(), only])
     return (only.failed or ("" if status == pytest.ExitCode.OK else f"pytest ends with {status}")).encode()
 
@@ -276,12 +285,10 @@ def _all_anew(
 ) -> bytes:
     """Be the process that tries mutants of what is run at import: each in a child that imports its users."""
     _know(modules, _name(mutants[left[0]].module))
-    names = [one.name for one in tests]
+    limits_s = _each(tests)
     cpu_s, wall_s = _limits(tests)
     works = [
-        Work(
-            (number, len(names)), lambda mutant=mutants[number]: _anew(mutant, names), cpu_s + 20, wall_s + 60
-        )
+        Work((number, len(tests)), lambda one=mutants[number]: _anew(one, limits_s), cpu_s + 20, wall_s + 60)
         for number in left
     ]
     return json.dumps(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -34,11 +35,20 @@ def use_folder(config: pytest.Config) -> None:
     factory._basetemp.mkdir()
 
 
-def first_failed(items: Sequence[pytest.Item]) -> str:
-    """Run tests in turn until one fails; return its name, empty where all passed."""
+def first_failed(items: Sequence[pytest.Item], limits_s: Mapping[str, float]) -> str:
+    """Run tests in turn until one fails; return its name, empty where all passed.
+
+    Parameters
+    ----------
+    limits_s : mapping of str to float
+        Processor time that each may take, by its name [s]: one that takes more ends this process by SIGPROF.
+    """
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
     for item, after in zip(items, [*items[1:], None], strict=True):
+        signal.setitimer(signal.ITIMER_PROF, limits_s[item.nodeid])
         if any(report.failed for report in runtestprotocol(item, nextitem=after, log=False)):
             return item.nodeid
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
     return ""
 
 

@@ -26,7 +26,9 @@ GUARD = ChannelGuard("force", "force", 600.0, -10.0, "kN", "force", Action.EMERG
 LASTING = replace(GUARD, hold_s=0.002)
 
 
-def judged(*values: float, guard: ChannelGuard = GUARD, memory: ChannelMemory | None = None, **more: Any) -> Any:
+def judged(
+    *values: float, guard: ChannelGuard = GUARD, memory: ChannelMemory | None = None, **more: Any
+) -> Any:
     return evaluate_channel(guard, memory or ChannelMemory(), block({"force": values}, **more))
 
 
@@ -54,7 +56,9 @@ def test_a_trip_says_sample_value_and_limit() -> None:
     )
     assert memory == ChannelMemory(2_001_000, Peaks(((7, 0.0, 700.0),)))
     _, trip = judged(-11.0, guard=LASTING, at_us=2000, memory=ChannelMemory(0))
-    assert trip.reason.startswith("force -11.00 kN is below the limit of -10.00 kN for 0.002 s (sample 0 at 0.002 s")
+    assert trip.reason.startswith(
+        "force -11.00 kN is below the limit of -10.00 kN for 0.002 s (sample 0 at 0.002 s"
+    )
     assert trip.limit == -10.0
     _, trip = judged(math.nan)
     assert trip.reason.startswith("force is not a number (sample 0 at")
@@ -129,14 +133,26 @@ def test_it_looks_at_samples_and_not_where_its_signal_means_nothing() -> None:
     assert GUARD.look(memory, PassOver(), Around()) == (memory, None)
     assert GUARD.look(memory, Samples(block({"force": 700.0})), Around())[1] is not None
     following, tilt, stroke = (replace(GUARD, signal=name) for name in ("following_error", "tilt", "stroke"))
-    assert [one.during(Phase.VALVE_OFF) for one in (GUARD, following, tilt, stroke)] == [GUARD, None, tilt, stroke]
-    assert [one.during(Phase.FIRST_LOOK) for one in (GUARD, following, tilt, stroke)] == [GUARD, following, None, None]
+    assert [one.during(Phase.VALVE_OFF) for one in (GUARD, following, tilt, stroke)] == [
+        GUARD,
+        None,
+        tilt,
+        stroke,
+    ]
+    assert [one.during(Phase.FIRST_LOOK) for one in (GUARD, following, tilt, stroke)] == [
+        GUARD,
+        following,
+        None,
+        None,
+    ]
     assert following.during(Phase.COOLING) is following
     assert (ChannelGuard.of_zero, ChannelGuard.turn, GUARD.key) == (True, 70, "force")
     assert ChannelGuard("a", "b", None, None, "", "").hold_s == 0.0
 
 
-def site(strokes: int, *, tilt_mm: float | None = None, stand_mm: float | None = None, forces: int = 0) -> Any:
+def site(
+    strokes: int, *, tilt_mm: float | None = None, stand_mm: float | None = None, forces: int = 0
+) -> Any:
     def channels(quantity: str, number: int) -> list[Any]:
         return [SimpleNamespace(name=f"{quantity}_{at}", quantity=quantity) for at in range(1, number + 1)]
 
@@ -155,7 +171,10 @@ def site(strokes: int, *, tilt_mm: float | None = None, stand_mm: float | None =
 def test_a_stand_has_one_for_each_signal_that_it_shows() -> None:
     made = {one.name: one for one in ChannelGuard.made_for(site(2, forces=1))}
     assert list(made) == ["force", "force_1 of the acquisition device", "stroke", "tilt", "following error"]
-    rows = {name: (one.signal, one.upper, one.lower, one.unit, one.action, one.hold_s) for name, one in made.items()}
+    rows = {
+        name: (one.signal, one.upper, one.lower, one.unit, one.action, one.hold_s)
+        for name, one in made.items()
+    }
     assert rows == {
         "force": ("force", 600.0, -10.0, "kN", Action.EMERGENCY, 0.0),
         "force_1 of the acquisition device": ("force_1", 600.0, -10.0, "kN", Action.EMERGENCY, 0.0),

@@ -251,9 +251,7 @@ def test_the_gravest_margins_stand_first() -> None:
 
 
 def test_two_guards_of_one_name_are_refused() -> None:
-    with pytest.raises(
-        ValueError, match=r"more than one guard of the same name: {\('witness', 'witness'\\)}"
-    ):
+    with pytest.raises(ValueError, match=r"more than one guard of the same name: {\('witness', 'witness'\)}"):
         GuardSet(Witness(), Witness(), complete=False)
     assert len(list(GuardSet(Witness("a"), Witness("b"), complete=False))) == 2
 
