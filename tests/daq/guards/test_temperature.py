@@ -1,4 +1,4 @@
-"""A thermometer: its stop, its silence, what it cannot mean, a reading that never changes, each at its limit."""
+"""A thermometer: its stop, its silence, what it cannot mean, a reading that never changes."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_what_lies_beyond_the_range_is_none(value: float) -> None:
 
 
 def test_the_power_on_value_is_believed_only_near_the_reading_before() -> None:
-    assert DS18B20 == ReadingLimits(-55.0, 125.0, power_on_C=85.0)
+    assert ReadingLimits(-55.0, 125.0, power_on_C=85.0) == DS18B20
     assert read(85.0, guard=AIR)[0].value_C is None
     near = TemperatureMemory(100.0, 80.0, 1, 1_000_000)
     assert read(85.0, memory=near, guard=AIR)[0].value_C == 85.0
@@ -149,7 +149,8 @@ def test_the_very_same_reading_for_half_an_hour_is_noted_once() -> None:
     assert trip == Trip(
         "t",
         Action.NOTE,
-        "t (plate) has reported exactly 25.0000 °C for 60 s: true at rest, else check that it touches the specimen",
+        "t (plate) has reported exactly 25.0000 °C for 60 s: true at rest, else check that it touches the "
+        "specimen",
         5.0,
         value=60.5,
         limit=60.0,
@@ -189,7 +190,7 @@ def test_while_it_cools_heat_is_no_trip_and_thresholds_change_only_where_there_a
     assert AIR.stopping_at(50.0, 45.0) is AIR
     assert (GUARD.key, GUARD.begin(3.0), TemperatureGuard.turn) == ("t", TemperatureMemory(3.0), 20)
     assert (GUARD.jump_K, GUARD.action, GUARD.silence_action) == (5.0, Action.STOP, Action.STOP)
-    assert BEGUN == TemperatureMemory(100.0, frozen_said=False, silence_said=False)
+    assert TemperatureMemory(100.0, frozen_said=False, silence_said=False) == BEGUN
 
 
 def test_its_data_name_what_it_can_show_only_where_that_is_unusual() -> None:

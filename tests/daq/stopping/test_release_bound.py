@@ -37,8 +37,8 @@ def test_how_far_back_and_from_where_is_said() -> None:
     bound.look(0.0, 3.0, 2.0)
     assert bound.look(-6.0, 3.0, -2.5) == (
         "the force reads +3.0 kN (the controller's own reading: -2.5 kN) though the stand has let go: the "
-        "piston is 7.5 mm back from first contact; no load is read there, look at zero, scale and wire of channel "
-        "force"
+        "piston is 7.5 mm back from first contact; no load is read there, look at zero, scale and wire of "
+        "channel force"
     )
     untouched = ReleaseBound(50.0, None)
     untouched.look(0.0, 3.0, 2.0)
