@@ -92,6 +92,9 @@ def main() -> int:
 def _try(module: str, a: argparse.Namespace) -> list[Outcome]:
     """Try a module's mutants and print its row."""
     began_s = time.monotonic()
+    commit = subprocess.run(
+        ["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     mutants = mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))
     if a.limit and len(mutants) > a.limit:
         mutants = random.Random(a.seed).sample(mutants, a.limit)
@@ -106,9 +109,6 @@ def _try(module: str, a: argparse.Namespace) -> list[Outcome]:
         flush=True,
     )
     if a.remember and not a.limit:
-        commit = subprocess.run(
-            ["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
-        )
         remember(module, ends, commit.stdout.strip())
     return outcomes
 

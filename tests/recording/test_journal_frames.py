@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import struct
 import zlib
 from collections.abc import Iterable
@@ -91,6 +92,23 @@ def test_the_check_sum_covers_all_behind_itself_and_continues_that_before() -> N
         (crc,) = struct.unpack_from("<I", frame, 4)
         assert crc == zlib.crc32(frame[8:], before)
         before = crc
+
+
+def test_what_belongs_to_no_stream_has_number_0_and_spare_bytes_are_0() -> None:
+    writer = JournalWriter()
+    assert kinds(writer.header("r", {})) == [(1, 0, 0)]
+    assert kinds(writer.anchor(Anchor(1, 2.0, "t"))) == [(4, 0, 1)]
+    block = writer.data("a", 3, TIMES, counts(), 4)
+    (length,) = struct.unpack_from("<I", block, 8)
+    assert struct.unpack_from("<qqII", block, 2 * FRAME_BYTES + length) == (3, 4, 2, 0)
+
+
+def test_a_reader_lets_go_of_its_file(tmp_path: Path) -> None:
+    with JournalReader(write(tmp_path)) as reader:
+        handle = reader._handle
+        os.fstat(handle)
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(handle)
 
 
 def test_a_layout_is_written_once_and_again_where_it_has_changed() -> None:
