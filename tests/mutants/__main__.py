@@ -40,6 +40,12 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes at a time")
     parser.add_argument("--report", type=Path, metavar="FILE", help="every mutant and its end, as JSON")
     parser.add_argument(
+        "--again",
+        type=Path,
+        metavar="FILE",
+        help="only what survived by such a report: tests were added since",
+    )
+    parser.add_argument(
         "--remember", action="store_true", help="keep the scores for docs/mutants.md (whole modules only)"
     )
     a = parser.parse_args()
@@ -96,14 +102,20 @@ def _try(module: str, a: argparse.Namespace) -> list[Outcome]:
         ["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     mutants = mutants_of(module, (ROOT / module).read_text(encoding="utf-8"))
+    before: Counter[str] = Counter()
+    if a.again:
+        rows = [one for one in json.loads(a.again.read_text(encoding="utf-8")) if one["module"] == module]
+        survived = {(one["where"], one["line"], one["mutant"]) for one in rows if one["ended"] == "survived"}
+        mutants = [one for one in mutants if one.identity[1:] in survived]
+        before.update(one["ended"] for one in rows if one["ended"] != "survived")
     if a.limit and len(mutants) > a.limit:
         mutants = random.Random(a.seed).sample(mutants, a.limit)
     tests = [place for place in MODULES[module] if (ROOT / place).exists()]
     outcomes = list(try_all(module, mutants, tests, a.jobs))
-    ends = Counter(one.ended for one in outcomes)
-    noticed = len(outcomes) - ends["survived"]
+    ends = before + Counter(one.ended for one in outcomes)
+    noticed = ends.total() - ends["survived"]
     print(
-        f"{module:42}{len(outcomes):5} mutants {noticed / max(len(outcomes), 1):7.1%} noticed"
+        f"{module:42}{ends.total():5} mutants {noticed / max(ends.total(), 1):7.1%} noticed"
         f"  {ends['killed']} killed, {ends['timed out']} timed out, {ends['survived']} survived"
         f"  {time.monotonic() - began_s:.0f} s",
         flush=True,

@@ -55,6 +55,13 @@ def test_the_stop_that_is_reached_is_tripped_with_all_that_is_known() -> None:
     assert read(80.0, guard=AIR)[1] is None
 
 
+def test_times_are_said_in_seconds_also_after_weeks() -> None:
+    weeks_us = 2_000_000_000_000
+    assert read(41.0, at_us=weeks_us)[1].reason.endswith("(reading 7 at 2000000.0 s)")
+    known = TemperatureMemory(100.0, 25.0, 1, weeks_us)
+    assert "its reading of 2000000.0 s" in read(26.0, memory=known, at_us=weeks_us)[0].complaint
+
+
 def test_only_its_own_stream_is_read() -> None:
     other = Samples(block({"t": 90.0}, stream="other"))
     assert GUARD.look(BEGUN, other, Around()) == (BEGUN, None)
@@ -157,6 +164,8 @@ def test_the_very_same_reading_for_half_an_hour_is_noted_once() -> None:
         unit="s",
         stream="t",
     )
+    unknown = replace(BEGUN, value_C=25.0)
+    assert quiet(100.5, unknown, replace(GUARD, frozen_s=0.5)) == (unknown, None)
     assert quiet(161.0, said, guard) == (said, None)
     again, _ = read(25.0, memory=said, at_us=4_000_000, wall_s=161.0)
     assert again.frozen_said
@@ -203,7 +212,9 @@ def test_its_data_name_what_it_can_show_only_where_that_is_unusual() -> None:
 
 def test_each_thermometer_has_one_and_that_of_the_air_only_speaks() -> None:
     def facts(place: str, readings: Any = None) -> Any:
-        return SimpleNamespace(channels=[SimpleNamespace(place=place)], readings=readings)
+        return SimpleNamespace(
+            channels=[SimpleNamespace(place=place), SimpleNamespace(place="?")], readings=readings
+        )
 
     other = ReadingLimits(-20.0, 300.0)
     site: Any = SimpleNamespace(
