@@ -69,6 +69,18 @@ def test_a_trip_says_sample_value_and_limit() -> None:
     assert trip.limit == -10.0
 
 
+def test_a_limit_beside_an_excess_is_none_and_times_are_exact() -> None:
+    assert judged(-10.0, 700.0)[1].sequence == 1
+    assert judged(600.0, 700.0)[1].sequence == 1
+    long = replace(GUARD, hold_s=2.0)
+    assert judged(700.0, guard=long, memory=ChannelMemory(0), at_us=2_000_000)[1] is not None
+    assert judged(700.0, guard=long, memory=ChannelMemory(0), at_us=1_999_999)[1] is None
+    assert "at 2000000.000 s" in judged(700.0, at_us=2_000_000_000_000)[1].reason
+    known = ChannelMemory(None, Peaks(((7, -10.0, 600.0),)))
+    assert judged(-10.0, memory=known)[0] is known
+    assert judged(600.0, memory=known)[0] is known
+
+
 def test_a_side_without_a_limit_bounds_nothing() -> None:
     assert judged(1e9, guard=replace(GUARD, upper=None))[1] is None
     assert judged(-1e9, guard=replace(GUARD, lower=None))[1] is None
@@ -119,6 +131,7 @@ def test_its_margin_is_that_of_the_extreme_nearest_to_its_limit() -> None:
     assert (found.share, found.text) == (0.25, "150.0 of 600 kN, 450.0 left")
     found = margin(-9.0, 150.0)
     assert (found.share, found.text) == (0.9, "-9.0 of -10 kN, 1.0 left")
+    assert margin(-12.0, 0.0).text == "-12.0 of -10 kN, 0.0 left"
     assert margin(-20.0, 0.0).text == "-20.0 of -10 kN, 0.0 left"
     assert margin(0.0, 600.0).text == "600.0 of 600 kN, 0.0 left"
     assert margin(1.0, -5.0).share == 0.0, "away from either limit"
