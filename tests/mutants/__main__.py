@@ -107,7 +107,8 @@ def _try(module: str, a: argparse.Namespace) -> list[Outcome]:
         rows = [one for one in json.loads(a.again.read_text(encoding="utf-8")) if one["module"] == module]
         survived = {(one["where"], one["line"], one["mutant"]) for one in rows if one["ended"] == "survived"}
         mutants = [one for one in mutants if one.identity[1:] in survived]
-        before.update(one["ended"] for one in rows if one["ended"] != "survived")
+        others = (one for one in rows if (one["where"], one["line"], one["mutant"]) not in survived)
+        before.update(one["ended"] for one in others)
     if a.limit and len(mutants) > a.limit:
         mutants = random.Random(a.seed).sample(mutants, a.limit)
     tests = [place for place in MODULES[module] if (ROOT / place).exists()]
