@@ -92,7 +92,7 @@ def test_a_calm_snapshot_is_remembered() -> None:
     ],
 )
 def test_lost_samples_are_counted_or_stop(lost: int, missed: int, said: str, action: Action) -> None:
-    gap = block({"force": 1.0}, first=70, at_us=5000, lost=lost, missed=missed)
+    gap = block({"force": (1.0, 2.0)}, first=70, at_us=5000, lost=lost, missed=missed)
     memory, trip = GUARD.look(SEEN, Samples(gap), Around(wall_s=103.0))
     assert memory.sample_s == 103.0
     assert trip is not None
