@@ -15,6 +15,7 @@ from tests.docs.commands_page import page
 from tests.docs.keys_page import page as keys_page
 from tests.docs.registers_page import page as registers_page
 from tests.docs.symbols_page import page as symbols_page
+from tests.mutants.page import page as mutants_page
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -68,6 +69,12 @@ def test_the_page_of_keys_is_that_of_the_schemas() -> None:
 def test_the_page_of_symbols_is_that_of_the_catalogue() -> None:
     assert (DOCS / "symbols.md").read_text(encoding="utf-8") == symbols_page(), (
         "run: python -m tests.docs.symbols_page"
+    )
+
+
+def test_the_page_of_mutants_has_the_scores_and_explanations_that_are_kept() -> None:
+    assert (DOCS / "mutants.md").read_text(encoding="utf-8") == mutants_page(), (
+        "run: python -m tests.mutants.page > docs/mutants.md"
     )
 
 

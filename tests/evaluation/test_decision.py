@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bufferstand.evaluation.facts import DecisionRule
 from bufferstand.evaluation.facts.document_types import Verdict
 from bufferstand.evaluation.facts.results import RequirementResult
 from bufferstand.evaluation.requirements.decision import (
@@ -108,3 +111,36 @@ def test_run_verdict(verdicts: list[Verdict], expected: Verdict | None) -> None:
 
 def test_broken_condition_makes_the_run_invalid() -> None:
     assert run_verdict([result("fail", condition=True), result("fail")]) == "invalid"
+
+
+@pytest.mark.parametrize("rule", ["simple", "guard-band"])
+def test_a_limit_itself_is_within_unless_more_than_it_is_asked_for(rule: DecisionRule) -> None:
+    exact = {"expanded": 0.0, "lower": 10.0, "upper": 20.0, "rule": rule}
+    assert decide(10.0, **exact)[0] == "pass"
+    assert decide(20.0, **exact)[0] == "pass"
+    assert decide(math.nextafter(10.0, 0.0), **exact)[0] == "fail"
+    assert decide(math.nextafter(20.0, 30.0), **exact)[0] == "fail"
+    assert decide(20.0, **exact, beyond=True)[0] == "pass"
+    assert decide(math.nextafter(10.0, 20.0), **exact, beyond=True)[0] == "pass"
+
+
+def test_where_more_than_the_limit_is_asked_for_the_limit_itself_is_not_enough() -> None:
+    assert decide(10.0, None, 10.0, 20.0, "simple", beyond=True) == ("fail", "outside the limits")
+    assert decide(10.0, None, 10.0, None, "simple", beyond=True)[0] == "fail"
+    assert decide(10.0, 0.5, 10.0, 20.0, "guard-band", beyond=True)[0] == "conditional-fail"
+    assert decide(10.0, 0.5, 10.0, 20.0, "guard-band")[0] == "conditional-pass"
+
+
+def test_a_side_without_a_limit_bounds_nothing() -> None:
+    for rule in ("simple", "guard-band"):
+        assert decide(-1e9, 0.5, None, 20.0, rule)[0] == "pass"
+        assert decide(1e9, 0.5, 10.0, None, rule)[0] == "pass"
+        assert decide(0.0, 0.5, None, None, rule)[0] == "pass"
+
+
+def test_an_exact_value_is_within_the_limits_for_sure_or_for_sure_not() -> None:
+    assert conformance_probability(2.0, 0.0, 2.0, 4.0) == 1.0
+    assert conformance_probability(4.0, 0.0, 2.0, 4.0) == 1.0
+    assert conformance_probability(1.9, 0.0, 2.0, None) == 0.0
+    assert conformance_probability(4.1, 0.0, None, 4.0) == 0.0
+    assert conformance_probability(0.5, 0.5, 0.5, 1.0) == pytest.approx(0.34134, abs=1e-5)

@@ -1,0 +1,1 @@
+"""Small changes made on purpose to what must not break: each must fail a test."""
