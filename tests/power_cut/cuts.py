@@ -187,15 +187,18 @@ def _added(path: Path) -> bool:
     elif path.name == STROKES_NAME and read_strokes(path.parent):
         add_strokes(path.parent, 9, "after the cut", (), {})
     elif path.suffix == ".csv":
-        _take_number(path)
+        return _takes_number(path)
     else:
         return False
     return True
 
 
-def _take_number(register: Path) -> None:
+def _takes_number(register: Path) -> bool:
+    """Take the next number; return whether there is one: a register with a torn line asks to be mended."""
     try:
         number_of_range("PB-{year}-{running:04}", register, year=2026, evaluation="f" * 64, report="c")
     except BadInput as refused:  # a line that was torn: the message says what to do
         if "mend the line" not in str(refused):
             raise
+        return False
+    return True
