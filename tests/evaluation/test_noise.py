@@ -43,8 +43,11 @@ def density_kN2_s(frequency_Hz: Floats, added_kN: float) -> Floats:  # noqa: N80
 @pytest.mark.slow
 @pytest.mark.parametrize("added_kN", [0.0, SIGMA_KN])
 def test_density_is_that_of_the_noise(added_kN: float) -> None:
-    """From where cycles show it to the fastest: the mean of eight records within 20 %. Below, where it goes on
-    as it falls above, it is no less, and up to 1.45 times as large: this noise is level there."""
+    """From where cycles show it to the fastest: the mean of eight records within 20 %.
+
+    Below, where it goes on as it falls above, it is no less, and up to 1.45 times as large: this noise is
+    level there.
+    """
     frequency = np.array([0.2, 0.5, 2.0, 5.0, 10.0, 40.0, 80.0])
     found = []
     for seed in range(8):
