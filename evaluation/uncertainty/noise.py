@@ -8,7 +8,7 @@ The density comes from what motion does not explain. Differences of high order o
 see all that is faster than some 25 harmonics of a cycle; below that, what cycles that follow each other
 differ by shows it, and what the readings of rests do. Most of what noise makes of a loop's area it makes at
 the frequency of the cycles, ∮ n dx = ∫ n(t) x'(t) dt, where cycles hide it: there the density goes on as it
-falls over the decade above, as 1/f at most, which is the law of what amplifiers and guides leave.
+falls just above, as 1/f at most, which is the law of what amplifiers and guides leave.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ _SLOWER = 1.5
 
 _STILL_SIGMAS, _STILL_SHARE = 10.0, 5e-4
 """A stroke rests that stays within so many standard deviations of its noise, or this share of its range."""
-_DECADE, _STEEPEST = 10.0, 1.0
+_ABOVE, _STEEPEST = 5.0, 1.0
 """Over so much above the slowest density that is seen its slope is told; it goes on by 1/f at most."""
 _BY_CHANCE = 0.25
 """Standard deviation of a density in logarithms: the mean of some 32 squares."""
@@ -281,7 +281,7 @@ def _spectrum(
 
 def _slope(frequency_Hz: FloatArray, density: FloatArray) -> float:
     """Return by which power of the frequency a density rises as it becomes slower, less what chance makes."""
-    low = (frequency_Hz <= _DECADE * frequency_Hz[0]) & (density > 0.0)
+    low = (frequency_Hz <= _ABOVE * frequency_Hz[0]) & (density > 0.0)
     if np.count_nonzero(low) < 2:
         return 0.0
     place, height = np.log(frequency_Hz[low]), np.log(density[low])
