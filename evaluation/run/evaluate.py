@@ -62,11 +62,13 @@ from bufferstand.evaluation.run.steps import (
 from bufferstand.evaluation.uncertainty import (
     Draws,
     MeanOfDraws,
+    Noise,
     Regression,
     draw_errors,
     drum_periods_mm,
     missing_facts,
     noisy_speed_warnings,
+    record_noise,
     with_uncertainty,
 )
 
@@ -118,7 +120,8 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
     find = partial(found_in, record, turns, (facts.moving_mass, options.moving_mass), interval_s)
     found = with_settling(_found_without_slips(find, look_at), facts.stroke_events)
     record, results, prepared, added = found.record, found.results, found.prepared, found.added
-    draws = _drawn_errors(facts, options, found, samples)
+
+    draws = _drawn_errors(facts, options, found)
     spoiled = _spoiled(look_at(found))
     division = division_without(facts.kind, results, numbered, spoiled)
     stand_for = [part.used for part in division.parts] or [_all_complete(results, spoiled)]
@@ -182,7 +185,7 @@ def _evaluated(record: Record, facts: RunFacts, options: Options, limits: LimitS
         *temperature_warnings(results, record.temperatures, numbered),
     ]
     inertial = None if added is None else (record.time_s, added.added_kN)
-    noise = None if draws is None else found.prepared.noise_of_samples
+    noise = None if draws is None else _noise_of_samples(samples, found)
     recorded = Recorded(samples, record, inertial, wires, facts.speed_uncertainty, noise)
     extremes = doubted(run_extremes(recorded, results, draws), spoiled)
     warnings += extreme_warnings(extremes, warnings, spoiled.findings, drawn=draws is not None)
@@ -291,17 +294,23 @@ def _all_complete(results: Sequence[CycleResult], spoiled: SpoiledFigures) -> tu
     return tuple(number for number in complete if number not in spoiled.cycles) or complete
 
 
-def _drawn_errors(facts: RunFacts, options: Options, found: CyclesOfRecord, samples: Record) -> Draws | None:
+def _drawn_errors(facts: RunFacts, options: Options, found: CyclesOfRecord) -> Draws | None:
     """Return the errors of the channels, drawn; None where none are asked for or stated."""
     stated = (facts.force_uncertainty, facts.stroke_uncertainty)
     if not options.draws or facts.force_uncertainty is None or not facts.stroke_uncertainty:
         return None  # spares the search for noise, hum and drift, too
-    found.prepared.look_at(samples)
     return draw_errors(*stated, options.draws, options.seed, found.added, found.prepared.own)
 
 
 def _missing_facts(facts: RunFacts) -> list[str]:
     return missing_facts(facts.force_uncertainty, facts.stroke_uncertainty)
+
+
+def _noise_of_samples(samples: Record, found: CyclesOfRecord) -> Noise:
+    """Return the noise of every sample: means of some, which the cycles are found in, have less of it."""
+    if samples.time_s.size == found.record.time_s.size:
+        return found.prepared.noise
+    return record_noise(samples, None, [r.cycle for r in found.results if r.cycle.complete])
 
 
 def _with_stated(samples: Record, facts: RunFacts) -> Record:

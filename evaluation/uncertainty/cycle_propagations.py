@@ -39,32 +39,13 @@ class Propagations(Mapping[int, CyclePropagation]):
         self._inertia = inertia
         self._other = like
         self._prepared: dict[int, CyclePropagation] = {}
-        self._samples: Record | None = None
-
-    def look_at(self, samples: Record) -> None:
-        """Let slow noise be looked for in the record as it was taken, of which this one has means.
-
-        Parameters
-        ----------
-        samples : Record
-        """
-        if samples.time_s.size > self._record.time_s.size:
-            self._samples = samples
-
-    @cached_property
-    def noise_of_samples(self) -> Noise:
-        """Noise of every sample as it was taken: means of some have less of it."""
-        if self._samples is None:
-            return self.noise
-        return record_noise(self._samples, None, list(self._cycles.values()))
 
     @cached_property
     def noise(self) -> Noise:
         """Noise of the record."""
         if self._other is not None:
             return self._other.noise
-        finer = None if self._samples is None else self.noise_of_samples.force
-        return record_noise(self._record, self._inertia, list(self._cycles.values()), finer)
+        return record_noise(self._record, self._inertia, list(self._cycles.values()))
 
     @cached_property
     def own(self) -> OwnErrors:

@@ -182,10 +182,7 @@ def _energies(inputs: _Inputs, loops: Sequence[CyclePropagation], cycles: int) -
         return {}  # a turning point is not known at all: its figures have no U either
     e_up, e_down, e_turn = (GTC.ureal(0.0, u) for u in noise)
     stored = _bilinear(inputs, up) + e_up + e_turn
-    shared = float(
-        np.mean([t.noise_shared for t in terms])
-    )  # slow noise takes from one what it gives the other
-    absorbed = _bilinear(inputs, up) + (1.0 + shared) * e_up + _bilinear(inputs, down) + e_down
+    absorbed = _bilinear(inputs, up) + e_up + _bilinear(inputs, down) + e_down
     white = _Source("noise and resolution", "J", None, "normal", (e_up, e_down))
     turns = _Source("turning points", "J", None, "normal", (e_turn,))
     figures: dict[str, Figure] = {

@@ -67,16 +67,13 @@ class LocalReading:
 class EnergyTerms:
     """Energies of one loop as sums over pairs of terms, shape (5 or 6, 8) [J], and their noise [J].
 
-    ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``noise_up_J`` is the standard deviation of W_s by
-    noise; of what noise makes of the unloading, ``noise_shared`` times as much goes with it (slow noise is
-    the same on both branches, and takes from one what it gives to the other), ``noise_down_J`` does not.
-    ``turn_J``: W_s by the fit of the turning points; ``blunt_J``: by how blunt they are, alike in all cycles.
+    ``loading`` gives W_s, ``loading`` + ``returning`` W_a. ``turn_J``: W_s by the fit of the turning points;
+    ``blunt_J``: by how blunt they are, alike in all cycles.
     """
 
     loading: FloatArray
     returning: FloatArray
     noise_up_J: float
-    noise_shared: float
     noise_down_J: float
     turn_J: float
     blunt_J: float
@@ -167,30 +164,11 @@ class CyclePropagation:
             return np.sqrt(spectrum.variance(self.loop.time_s[part], weights))
         return np.asarray(white * np.linalg.norm(weights, axis=-1) / np.sqrt(self.samples_a_point))
 
-    def _energy_noise(self) -> tuple[float, float, float]:
-        """Return what noise on both channels makes of the energies (:class:`EnergyTerms`): up, shared, down.
-
-        ∮ n dx is the sum of the noise n of each point times half of what the stroke moves from the point
-        before to the one behind: its variance is Σ wᵢ wⱼ R(tᵢ - tⱼ), over both branches together. R, the
-        covariance of the noise at two moments, is the transform of its density
-        (:mod:`bufferstand.evaluation.uncertainty.noise`).
-        """
-        every = slice(0, self.loop.time_s.size)
-        rising = np.arange(self.loop.time_s.size) <= self.loop.top
-        variance = np.zeros(3)
-        for values, noise in (
-            (self.loop.stroke_mm, self.force_noise_kN),
-            (self.loop.force_kN, self.stroke_noise_mm),
-        ):
-            steps = 0.5 * np.diff(values)
-            up, down = (
-                np.append(part, 0.0) + np.append(0.0, part)
-                for part in (np.where(rising[1:], steps, 0.0), np.where(rising[1:], 0.0, steps))
-            )
-            variance += noise(np.stack((up, down, up + down)), every) ** 2
-        shared = 0.5 * (variance[2] - variance[0] - variance[1]) / variance[0] if variance[0] > 0.0 else 0.0
-        left = max(0.0, float(variance[1] - shared**2 * variance[0]))
-        return float(np.sqrt(variance[0])), float(shared), float(np.sqrt(left))
+    def _energy_noise(self, part: slice) -> float:
+        """Return the standard deviation of an energy by noise on both channels [J]."""
+        by_force = self.force_noise_kN(np.gradient(self.loop.stroke_mm[part]), part)
+        by_stroke = self.stroke_noise_mm(np.gradient(self.loop.force_kN[part]), part)
+        return float(np.hypot(by_force, by_stroke))
 
     @cached_property
     def energy_terms(self) -> EnergyTerms:
@@ -207,13 +185,11 @@ class CyclePropagation:
         returning = self._integrals(slice(self.loop.rising.stop - 1, None)) + self._closing()
         loading[:2, :2] = stored_energy_J(self.loop)
         returning[:2, :2] = absorbed_energy_J(self.loop) - loading[0, 0]
-        up_J, shared, down_J = self._energy_noise()
         return EnergyTerms(
             loading=loading,
             returning=returning,
-            noise_up_J=up_J,
-            noise_shared=shared,
-            noise_down_J=down_J,
+            noise_up_J=self._energy_noise(self.loop.loading),
+            noise_down_J=self._energy_noise(self.loop.unloading),
             turn_J=float(turn_J),
             blunt_J=float(blunt_J),
         )
@@ -228,10 +204,8 @@ class CyclePropagation:
         terms = self.energy_terms
         low_mm, high_mm = turn_errors_mm
         scatter = draws.generator.standard_normal((2, draws.force.shape[0]))
-        up_J = scatter[0] * terms.noise_up_J
-        stored = _bilinear(draws, terms.loading) + up_J
-        absorbed = stored + _bilinear(draws, terms.returning)
-        absorbed = absorbed + terms.noise_shared * up_J + scatter[1] * terms.noise_down_J
+        stored = _bilinear(draws, terms.loading) + scatter[0] * terms.noise_up_J
+        absorbed = stored + _bilinear(draws, terms.returning) + scatter[1] * terms.noise_down_J
         ends_kN = self.loop.force_kN[[0, self.loop.top]]
         return stored + ends_kN[1] * high_mm - ends_kN[0] * low_mm, absorbed
 

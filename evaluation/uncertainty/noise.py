@@ -6,9 +6,8 @@ not. What noise makes of a figure follows from its density over frequency: of a 
 
 The density comes from what motion does not explain. Differences of high order of means over 1, 2, 4 … samples
 see all that is faster than some 25 harmonics of a cycle; below that, what cycles that follow each other
-differ by shows it, and what the readings of rests do. Most of what noise makes of a loop's area it makes at
-the frequency of the cycles, ∮ n dx = ∫ n(t) x'(t) dt, where cycles hide it: there the density goes on as it
-falls just above, as 1/f at most, which is the law of what amplifiers and guides leave.
+differ by shows it, or what the readings of a rest between strokes do. Below the slowest that is seen it is
+taken to go on as it is.
 """
 
 from __future__ import annotations
@@ -62,19 +61,12 @@ _ROWS, _ROW = 4, 2**14
 """Of a longer record so many stretches of so many samples are looked at."""
 
 
-_LEAST_REST, _MOST_REST, _LEAST_PIECES, _MOST_PIECES = 64, 2048, 4, 64
+_LEAST_REST, _MOST_REST, _LEAST_PIECES = 64, 2048, 4
 """Samples of a piece of a rest in which slow noise is looked for, and pieces that there shall be."""
 _EVEN = 1.02
 """A piece lacks no samples that takes no longer than so much of their usual step."""
 _SLOWER = 1.5
 """Noise that is by so much denser than where it was seen last is slower: a mean of 16 is not so by chance."""
-
-_STILL_SIGMAS, _STILL_SHARE = 10.0, 5e-4
-"""A stroke rests that stays within so many standard deviations of its noise, or this share of its range."""
-_ABOVE, _STEEPEST = 5.0, 1.0
-"""Over so much above the slowest density that is seen its slope is told; it goes on by 1/f at most."""
-_BY_CHANCE = 0.25
-"""Standard deviation of a density in logarithms: the mean of some 32 squares."""
 
 Point = tuple[float, float]
 """Frequency and density."""
@@ -85,23 +77,18 @@ class Spectrum:
     """Two-sided density of a channel's noise [unit²/Hz], shape (K,), at rising frequencies; and hum.
 
     ``step_s``: distance of the samples it was found in. Between its frequencies it is interpolated by powers,
-    above them it is level; below them it rises as f^-slope does, down to ``slowest_Hz``, and is level there.
+    beyond them it is level.
     """
 
     frequency_Hz: FloatArray
     density: FloatArray
     step_s: float
     lines: tuple[HumLine, ...] = ()
-    slope: float = 0.0
-    slowest_Hz: float = 0.0
 
     def at(self, frequency_Hz: FloatArray) -> FloatArray:
         """Return the density at frequencies, 0 beyond what the samples can show."""
         frequency = np.log(np.maximum(frequency_Hz, 1e-12))
         found = np.exp(np.interp(frequency, *self._powers))
-        if self.slope > 0.0:
-            below = np.maximum(frequency_Hz, max(self.slowest_Hz, 1e-12)) / self.frequency_Hz[0]
-            found = found * np.minimum(below, 1.0) ** -self.slope
         return np.where(frequency_Hz <= 0.5 / self.step_s * (1.0 + 1e-9), found, 0.0)
 
     @cached_property
@@ -200,12 +187,7 @@ class Noise:
     force_lines: tuple[HumLine, ...] = ()
 
 
-def record_noise(
-    record: Record,
-    inertia: InertiaForce | None = None,
-    cycles: Sequence[Cycle] = (),
-    finer: Spectrum | None = None,
-) -> Noise:
+def record_noise(record: Record, inertia: InertiaForce | None = None, cycles: Sequence[Cycle] = ()) -> Noise:
     """Return the noise of force and stroke.
 
     The noise of an acceleration is smooth, so that differences do not show it: it is added.
@@ -217,24 +199,19 @@ def record_noise(
         What the correction for a moving mass added.
     cycles : sequence of Cycle
         Complete ones, in order. Without them the noise is taken for white.
-    finer : Spectrum, optional
-        Density of the force's noise as found in the samples that those of the record are means of: these
-        show less of what is slower than they are, and faster than cycles differ.
     """
     time_s, forces, strokes = map(record.as_read, (record.time_s, record.force_kN, record.stroke_mm))
     force_kN, stroke_mm = noise_sigma(forces), record.stroke_sampling.sigma
     force, stroke = (
-        _spectrum(time_s, values, sigma, cycles, strokes)
+        _spectrum(time_s, values, sigma, cycles)
         for values, sigma in ((forces, force_kN), (strokes, stroke_mm))
     )
-    if force is not None and finer is not None:
-        force = replace(finer, step_s=force.step_s, lines=force.lines)
     if inertia is not None:
         added = inertia.noise_kN
         force_kN = float(np.hypot(force_kN, added))
         if force is not None:
             density = force.density + added**2 * force.step_s
-            force = replace(force, density=density)
+            force = Spectrum(force.frequency_Hz, density, force.step_s, force.lines)
     lines = () if force is None else force.lines
     if force is not None:
         force = replace(force, lines=())
@@ -244,11 +221,11 @@ def record_noise(
 def stroke_spectrum(record: Record, cycles: Sequence[Cycle]) -> Spectrum | None:
     """Return the density of the stroke's noise alone, as :func:`record_noise` has it."""
     time_s, strokes = map(record.as_read, (record.time_s, record.stroke_mm))
-    return _spectrum(time_s, strokes, record.stroke_sampling.sigma, cycles, strokes)
+    return _spectrum(time_s, strokes, record.stroke_sampling.sigma, cycles)
 
 
 def _spectrum(
-    time_s: FloatArray, values: FloatArray, sigma: float, cycles: Sequence[Cycle], stroke_mm: FloatArray
+    time_s: FloatArray, values: FloatArray, sigma: float, cycles: Sequence[Cycle]
 ) -> Spectrum | None:
     """Return the density of a channel's noise; None where there is none, or nothing to tell its colour by."""
     if not cycles or time_s.size < _LEAST_BLOCKS or sigma <= 0.0:
@@ -266,29 +243,11 @@ def _spectrum(
     slow = _by_cycles(time_s, values, cycles, lines)
     lowest = fast[0][0] if slow else np.inf
     both = [point for point in slow if point[0] < lowest] + fast
-    if slow:
-        rests = _by_still(time_s, values, stroke_mm, lines, step_s)
-        both = [point for point in rests if point[0] < slow[0][0]] + both
-    else:
-        rests = _by_rests(time_s, values, cycles, lines, step_s)
-        rests = rests or _by_still(time_s, values, stroke_mm, lines, step_s)
-        if any(f < fast[0][0] and density > _SLOWER * fast[0][1] for f, density in rests):
-            both = rests + [point for point in fast if point[0] > rests[-1][0]]
+    rests = [] if slow else _by_rests(time_s, values, cycles, lines, step_s)
+    if any(f < fast[0][0] and density > _SLOWER * fast[0][1] for f, density in rests):
+        both = rests + [point for point in fast if point[0] > rests[-1][0]]
     frequency, density = np.array(both).T
-    slowest_Hz = 1.0 / float(time_s[-1] - time_s[0])
-    return Spectrum(frequency, density, step_s, lines, _slope(frequency, density), slowest_Hz)
-
-
-def _slope(frequency_Hz: FloatArray, density: FloatArray) -> float:
-    """Return by which power of the frequency a density rises as it becomes slower, less what chance makes."""
-    low = (frequency_Hz <= _ABOVE * frequency_Hz[0]) & (density > 0.0)
-    if np.count_nonzero(low) < 2:
-        return 0.0
-    place, height = np.log(frequency_Hz[low]), np.log(density[low])
-    place = place - np.mean(place)
-    spread = float(np.dot(place, place))
-    slope = -float(np.dot(place, height)) / spread
-    return min(_STEEPEST, max(0.0, slope - _BY_CHANCE / float(np.sqrt(spread))))
+    return Spectrum(frequency, density, step_s, lines)
 
 
 def _stretches(values: FloatArray) -> FloatArray:
@@ -357,36 +316,6 @@ def _by_rests(
     if not even:
         return []
     return _in_bands(np.stack([_power(time_s[p], values[p], lines, step_s) for p in even]), size * step_s)
-
-
-def _by_still(
-    time_s: FloatArray, values: FloatArray, stroke_mm: FloatArray, lines: Sequence[HumLine], step_s: float
-) -> list[Point]:
-    """Return the same by the readings of whatever stretches of a record the stroke rests in."""
-    blocks = stroke_mm.size // _LEAST_REST
-    if blocks < _LEAST_PIECES:
-        return []
-    rows = stroke_mm[: blocks * _LEAST_REST].reshape(blocks, _LEAST_REST)
-    low, high = rows.min(axis=1), rows.max(axis=1)
-    still_mm = max(_STILL_SIGMAS * noise_sigma(stroke_mm), _STILL_SHARE * float(np.max(high) - np.min(low)))
-    size, found = _LEAST_REST, np.zeros((0, 2), dtype=np.intp)
-    while size <= _MOST_REST and low.size:
-        at = np.flatnonzero(high - low <= still_mm)
-        if at.size < 2:
-            break
-        found = np.stack((at * size, (at + 1) * size), axis=1)
-        whole = low.size // 2 * 2
-        low, high = low[:whole].reshape(-1, 2).min(axis=1), high[:whole].reshape(-1, 2).max(axis=1)
-        size *= 2
-    every = max(1, -(-found.shape[0] // _MOST_PIECES))
-    pieces = [slice(first, last) for first, last in found[::every].tolist()]
-    even = [
-        p for p in pieces if time_s[p.stop - 1] - time_s[p.start] <= _EVEN * (p.stop - p.start - 1) * step_s
-    ]
-    if not even:
-        return []
-    length = even[0].stop - even[0].start
-    return _in_bands(np.stack([_power(time_s[p], values[p], lines, step_s) for p in even]), length * step_s)
 
 
 def _power(time_s: FloatArray, values: FloatArray, lines: Sequence[HumLine], step_s: float) -> FloatArray:

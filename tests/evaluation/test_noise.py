@@ -43,11 +43,7 @@ def density_kN2_s(frequency_Hz: Floats, added_kN: float) -> Floats:  # noqa: N80
 @pytest.mark.slow
 @pytest.mark.parametrize("added_kN", [0.0, SIGMA_KN])
 def test_density_is_that_of_the_noise(added_kN: float) -> None:
-    """From where cycles show it to the fastest: the mean of eight records within 20 %.
-
-    Below, where it goes on as it falls above, it is no less, and up to 1.45 times as large: this noise is
-    level there.
-    """
+    """From a third of a cycle's frequency to the fastest: the mean of eight records within 20 %."""
     frequency = np.array([0.2, 0.5, 2.0, 5.0, 10.0, 40.0, 80.0])
     found = []
     for seed in range(8):
@@ -56,8 +52,7 @@ def test_density_is_that_of_the_noise(added_kN: float) -> None:
         assert spectrum.lines == ()
         found.append(spectrum.at(frequency))
     share = np.sqrt(np.mean(found, axis=0) / density_kN2_s(frequency, added_kN))
-    assert np.all(np.abs(share[2:] - 1.0) < 0.2), share
-    assert np.all((share[:2] > 0.8) & (share[:2] < 1.45)), share
+    assert np.all(np.abs(share - 1.0) < 0.2), share
 
 
 def test_cycles_that_settle_are_no_noise() -> None:
