@@ -16,7 +16,7 @@ from tests.mutants.running import CannotTry, Outcome, try_all
 from tests.mutants.targets import MODULES, PARTS, Part
 
 PLANTED = "tests/mutants/planted.py"
-GOOD, WEAK = "tests/mutants/planted_tests/test_good.py", "tests/mutants/planted_tests/test_weak.py"
+GOOD, WEAK = "tests/mutants/planted_tests/good.py", "tests/mutants/planted_tests/weak.py"
 SOURCE = (ROOT / PLANTED).read_text(encoding="utf-8")
 
 

@@ -229,7 +229,7 @@ def test_the_scatter_of_a_few_cycles_is_no_drift(cycles: int) -> None:
         levels = [end_kN + 0.2 * random.standard_normal(cycles) for end_kN in (81.0, 166.0)]
         series = CycleSeries(np.arange(cycles), start_s, start_s + 1 / 2.55, *levels, *others)
         pace = _pace(series)
-        told += abs(pace.moved_kN) > SURE * pace.u_kN
+        told += abs(pace.moved_kN) > pace.within(SURE)
     assert told <= 3  # 3.5 standard deviations of a normal distribution: one in two thousand
 
 

@@ -1,4 +1,4 @@
-"""Tests of the planted module that notice its mutants."""
+"""Tests of the planted module that notice its mutants; only the tool runs them: others must not import it."""
 
 from __future__ import annotations
 
