@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import Any, Literal, TextIO, TypeVar
+from typing import Any, Literal, TextIO, TypeVar, cast
 
 import click
 
@@ -129,7 +129,7 @@ def encryption_options(address: str) -> Callable[[Function], Function]:
             ),
         ):
             command = option(command)
-        return command
+        return cast("Function", command)
 
     return add
 

@@ -21,7 +21,9 @@ def holds(pid: int) -> dict[str, float]:
     Returns
     -------
     dict
-        ``memory_MB`` (PSS: pages that are shared are shared out), ``handles``, ``threads``, ``processes``.
+        ``memory_MB`` (what they have filled themselves, ``Pss_Anon``; pages of programs and libraries are left
+        out: their share falls and rises with other programs that use them), ``handles``, ``threads``,
+        ``processes``.
     """
     processes = family(pid)
     return {
@@ -33,7 +35,7 @@ def holds(pid: int) -> dict[str, float]:
 
 
 def _memory_kB(pid: int) -> int:  # noqa: N802 - the unit keeps its capitals
-    return _kB(Path(f"/proc/{pid}/smaps_rollup"), "Pss")
+    return _kB(Path(f"/proc/{pid}/smaps_rollup"), "Pss_Anon")
 
 
 def peak_MB() -> float:  # noqa: N802
