@@ -21,8 +21,8 @@ def holds(pid: int) -> dict[str, float]:
     Returns
     -------
     dict
-        ``memory_MB`` (what they have filled themselves, ``Pss_Anon``; pages of programs and libraries are left
-        out: their share falls and rises with other programs that use them), ``handles``, ``threads``,
+        ``memory_MB`` (what they have filled themselves, ``Pss_Anon``; pages of programs and libraries are
+        left out: their share falls and rises with other programs that use them), ``handles``, ``threads``,
         ``processes``.
     """
     processes = family(pid)
