@@ -104,6 +104,21 @@ def test_no_script_is_there_and_none_of_a_specimen_s_name_is_run(opened_with_scr
     assert HOSTILE in opened.page.locator("dl").first.inner_text()
 
 
+def test_on_a_phone_a_figure_fits_and_is_as_large_as_drawn_once_it_is_tapped(opened: Opened) -> None:
+    opened.page.set_viewport_size(PHONE)
+    widths = "[...document.querySelectorAll('figure .box img')].map(one => one.getBoundingClientRect().width)"
+    fitting = opened.page.evaluate(widths)
+    assert fitting
+    assert max(fitting) <= PHONE["width"]
+    box = opened.page.locator("figure .box").first
+    box.tap() if opened.page.evaluate("'ontouchstart' in window") else box.click()
+    assert opened.page.evaluate(widths)[0] == 640
+    assert box.evaluate("box => box.scrollWidth > box.clientWidth"), "it scrolls in its box"
+    assert opened.page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+    opened.page.locator("h1").first.click()
+    assert opened.page.evaluate(widths) == fitting, "tapped elsewhere, it fits again"
+
+
 def test_on_a_phone_the_page_does_not_scroll_sideways(opened: Opened) -> None:
     opened.page.set_viewport_size(PHONE)
     size = opened.page.evaluate(
