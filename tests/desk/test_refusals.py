@@ -22,6 +22,7 @@ MOVES = {
     "/check/tare": {"stand": "stand.toml"},
     "/check/jog": {"stand": "stand.toml", "id": "simulated-630kN", "by": "1"},
     "/check/twin": {"stand": "stand.toml", "what": "serve"},
+    "/check/record": {"stand": "stand.toml", "lasting": "30s"},
 }
 """What can set a stand in motion, with everything right that the page sends."""
 ACTS = {

@@ -58,7 +58,7 @@ class Check:
             self._desk.look("/check", self.show),
             self._desk.act("/check/run", self.run),
             self._desk.act("/check/twin", self.twin, moves=True),
-            self._desk.act("/check/record", self.record),
+            self._desk.act("/check/record", self.record, moves=True),
             self._desk.act("/check/zero", self.zero, moves=True),
             self._desk.act("/check/tare", self.tare, moves=True),
             self._desk.act("/check/jog", self.jog, moves=True),
@@ -159,7 +159,10 @@ class Check:
         return JSONResponse({"running": True})
 
     async def record(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
-        """Record a stand that its own controller moves, for a time that is told."""
+        """Record a stand that its own controller moves, for a time that is told: by who stands beside it.
+
+        What is recorded may set the device's output that asks for a stop.
+        """
         path, lasting = self._path(content), text_of(content, "lasting")
         if not lasting:
             raise BadInput("it was not said for how long: nothing recorded", remedy="write 30s, 10min or 2h")
