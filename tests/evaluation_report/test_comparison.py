@@ -257,7 +257,7 @@ def test_a_re_evaluation_names_what_moved_beyond_its_uncertainty(report: Made) -
 def test_the_same_evaluation_again_moves_nothing(report: Made) -> None:
     content = reevaluated(report, hand_made_document())
     assert content.notices[0].startswith("Re-evaluation: 0 results are not what they were")
-    (row,) = table_named(content, "Settings and software").rows
+    (row,) = table_named(content, "Changed settings and software").rows
     assert row[0].text == "none"
 
 
