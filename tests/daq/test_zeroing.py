@@ -421,5 +421,5 @@ def test_evaluation_and_report_say_how_the_zero_was_set(tmp_path: Path) -> None:
     assert bufferstand("report", outcome.runs[0], "--out", out).returncode == 0
     (page,) = out.glob("*.html")
     text = page.read_text(encoding="utf-8")
-    assert "How the zero was set" in text
+    assert "Determination of the zero" in text
     assert re.search(r"1\.(?:49|50)\d\s±\s0\.0[56]\d", text), "draw wire 1 with its U"
