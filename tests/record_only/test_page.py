@@ -90,7 +90,7 @@ def test_the_page_leads_from_init_to_a_report(tmp_path: Path) -> None:
         assert channel in outcome["check"].stdout
         assert channel in outcome["stand"].stdout
     assert re.search(r"(?m)^force +-?\d+\.\d{2,6} V ", outcome["stand"].stdout), "what calibrates it is volts"
-    assert "bufferstand report runs --out report" in outcome["record"].stdout, "it says what comes next"
+    assert "bufferstand report runs --out report" in outcome["record"].stderr, "it says what comes next"
     (path,) = (tmp_path / "runs").glob("*.h5")
     run = open_run(path)
     assert run.status == "complete"

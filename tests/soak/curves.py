@@ -105,5 +105,5 @@ class Curves:
             place.set_ylim(0.0, 1.15 * max(*looks, 1e-9))
             place.set_title(name.replace("_", " "), loc="left", fontsize=9)
             place.grid(linewidth=0.3)
-        axes[-1].set_xlabel("time of the stand [h]")
+        axes[-1].set_xlabel("time [h]")
         figure.savefig(file, dpi=90)
