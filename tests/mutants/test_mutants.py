@@ -47,7 +47,7 @@ def ends(outcomes: list[Outcome]) -> dict[str, str]:
 @pytest.mark.slow
 def test_a_good_test_kills_and_a_weak_one_lets_survive(monkeypatch: pytest.MonkeyPatch) -> None:
     """Inside functions, at import, for ever: each mutant ends as it must, under either test."""
-    monkeypatch.setattr("tests.mutants.running.AND_S", 0.5)
+    monkeypatch.setattr("tests.mutants.running.AND_S", 3.0)
     good = ends(list(try_all(PLANTED, changed(*HAND), [GOOD], 1)))
     assert good == {
         "if number >= MOST:": "survived",

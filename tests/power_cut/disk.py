@@ -185,6 +185,7 @@ def _fill(
     else:
         node.size = sizes[-1] if draw.random() < manner.ahead else sizes[0]
     del node.content[node.size :]
+    node.content.extend(bytes(node.size - len(node.content)))  # a size ahead of its data reads as zeros
 
 
 def _do(node: Node, entry: Written | Sized) -> None:

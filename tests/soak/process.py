@@ -9,8 +9,12 @@ from pathlib import Path
 def family(pid: int) -> list[int]:
     """Return a process and all that it has begun."""
     found = [pid]
-    for task in Path(f"/proc/{pid}/task").iterdir():
-        for child in (task / "children").read_text(encoding="ascii").split():
+    for task in sorted(Path(f"/proc/{pid}/task").glob("*")):
+        try:
+            children = (task / "children").read_text(encoding="ascii").split()
+        except (FileNotFoundError, ProcessLookupError):  # a thread that has ended meanwhile
+            continue
+        for child in children:
             found += family(int(child))
     return found
 
@@ -25,17 +29,26 @@ def holds(pid: int) -> dict[str, float]:
         left out: their share falls and rises with other programs that use them), ``handles``, ``threads``,
         ``processes``.
     """
-    processes = family(pid)
+    found = [one for one in map(_held, family(pid)) if one is not None]
     return {
-        "memory_MB": sum(_memory_kB(one) for one in processes) / 1024.0,
-        "handles": float(sum(len(list(Path(f"/proc/{one}/fd").iterdir())) for one in processes)),
-        "threads": float(sum(len(list(Path(f"/proc/{one}/task").iterdir())) for one in processes)),
-        "processes": float(len(processes)),
+        "memory_MB": sum(memory_kB for memory_kB, _, _ in found) / 1024.0,
+        "handles": float(sum(handles for _, handles, _ in found)),
+        "threads": float(sum(threads for _, _, threads in found)),
+        "processes": float(len(found)),
     }
 
 
-def _memory_kB(pid: int) -> int:  # noqa: N802 - the unit keeps its capitals
-    return _kB(Path(f"/proc/{pid}/smaps_rollup"), "Pss_Anon")
+def _held(pid: int) -> tuple[int, int, int] | None:
+    """Return memory [kB], handles and threads of a process; None of one that has ended meanwhile."""
+    folder = Path(f"/proc/{pid}")
+    try:
+        return (
+            _kB(folder / "smaps_rollup", "Pss_Anon"),
+            len(list((folder / "fd").iterdir())),
+            len(list((folder / "task").iterdir())),
+        )
+    except (FileNotFoundError, ProcessLookupError):
+        return None
 
 
 def peak_MB() -> float:  # noqa: N802

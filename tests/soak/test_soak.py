@@ -100,6 +100,12 @@ def test_handles_threads_and_children_are_counted() -> None:
     assert now["handles"] >= before["handles"] + 3
 
 
+def test_a_process_that_has_ended_holds_nothing() -> None:
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    child.wait()
+    assert holds(child.pid)["processes"] == 0.0
+
+
 def test_the_greatest_memory_is_that_since_it_was_forgotten() -> None:
     forget_peak()
     before = peak_MB()
