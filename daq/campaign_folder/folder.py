@@ -182,10 +182,11 @@ class CampaignFolder:
         self.path = path
         self.runs = path / RUNS_NAME
         try:
-            make_folder(
-                self.path
-            )  # also where an earlier start, killed, has left it: its name must be on the disk
-            make_folder(self.runs)
+            for one in (
+                self.path,
+                self.runs,
+            ):  # also where a start that was killed has left it unsynchronised
+                make_folder(one)
         except OSError as error:
             raise BadInput(f"the folder cannot be made: {error.strerror}", file=path) from None
 

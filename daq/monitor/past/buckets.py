@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Extremes = Mapping[str, tuple[Floats, Floats]]
 """Least and greatest values by channel, shape (buckets,) each; NaN where nothing was read."""
+LONGEST_S = 30.0
+"""A value that is read seldom holds until the next one, unless that comes later than this [s]."""
 
 
 def bucketed(

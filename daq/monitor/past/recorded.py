@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from bufferstand.daq.campaign_folder import load_record
 from bufferstand.daq.guards import CONTROLLER_STREAM
-from bufferstand.daq.monitor.past.buckets import held
+from bufferstand.daq.monitor.past.buckets import LONGEST_S, held
 from bufferstand.daq.monitor.past.history import FINEST_S, History
 from bufferstand.daq.monitor.past.journal_streams import JournalStreams
 from bufferstand.daq.monitor.past.run_samples import run_blocks, units_of
@@ -36,9 +36,6 @@ from bufferstand.recording.runfile import open_run
 BLOCK_ROWS = 1 << 15
 BETWEEN_S = 10.0
 """Between what two starts recorded, so much is left [s]."""
-LONGEST_S = 30.0
-"""A value that is read seldom holds until the next one, unless that comes later than this [s]."""
-
 Floats = NDArray[np.float64]
 Samples = tuple[str, Floats, Mapping[str, Floats]]
 """Stream, stand times [s], values by channel."""
@@ -81,16 +78,14 @@ def history_of(folder: Path, began_s: float | None = None) -> History:
     for start in reversed(_starts(folder, began_s is not None)):
         shift_s = 0.0
         if np.isfinite(ends_s) and not start.newest:
-            last_s = max(
-                (anchors[-1].host_s for anchors in map(_anchors, start.paths) if anchors), default=0.0
-            )
+            last_s = max((anchors[-1].host_s for anchors in start.files.values() if anchors), default=0.0)
             shift_s = ends_s - BETWEEN_S - last_s
-        for path in start.paths:
+        for path, anchors in start.files.items():
             filling = _Filling(history, shift_s)
             with suppress(BadInput, OSError):
                 for samples in _samples_of(path, history):
                     filling.take(samples)
-            if anchors := _anchors(path):  # before it, the stand was already moved by this start
+            if anchors:  # before it, the stand was already moved by this start
                 began = anchors[0].host_s - max(0.0, _moment(anchors[0].utc) - start.utc_s)
                 ends_s = min(ends_s, max(began, 0.0) + shift_s)
     return history
@@ -98,11 +93,11 @@ def history_of(folder: Path, began_s: float | None = None) -> History:
 
 @dataclass
 class _Start:
-    """A start of the campaign, and the files of what it recorded."""
+    """A start of the campaign, and the files of what it recorded, with their clock anchors once sealed."""
 
     utc_s: float
     newest: bool
-    paths: list[Path] = field(default_factory=list)
+    files: dict[Path, Sequence[Anchor]] = field(default_factory=dict)
 
 
 def _starts(folder: Path, running: bool) -> list[_Start]:
@@ -116,21 +111,21 @@ def _starts(folder: Path, running: bool) -> list[_Start]:
     for path in files:
         if anchors := _anchors(path):
             begun_s = _moment(anchors[0].utc)
-            starts[max(0, sum(one <= begun_s for one in began_s) - 1)].paths.append(path)
-    sealed = {path.stem for start in starts for path in start.paths}
+            starts[max(0, sum(one <= begun_s for one in began_s) - 1)].files[path] = anchors
+    sealed = {path.stem for start in starts for path in start.files}
     under_way = [path for path in (folder / "runs").glob("*.journal") if path.stem not in sealed]
-    starts[-1].paths += sorted(under_way)[-1:]
+    starts[-1].files |= dict.fromkeys(sorted(under_way)[-1:], ())
     if not running:
-        starts = [one for one in starts if one.paths]
+        starts = [one for one in starts if one.files]
     if starts:
         starts[-1].newest = True
     return starts
 
 
 def _anchors(path: Path) -> Sequence[Anchor]:
-    """Return the clock anchors of a run that is over; none of any other file."""
+    """Return the clock anchors of a run that is over; none of a file that cannot be read."""
     with suppress(BadInput, OSError):
-        return open_run(path).anchors if path.suffix != ".journal" else ()
+        return open_run(path).anchors
     return ()
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bufferstand.daq.monitor.past.buckets import bucketed, held
+from bufferstand.daq.monitor.past.buckets import LONGEST_S, bucketed, held
 from bufferstand.daq.monitor.past.history import MOST_POINTS
 from bufferstand.daq.monitor.past.run_samples import run_blocks, units_of
 from bufferstand.daq.monitor.sample_rows import finite
@@ -22,8 +22,6 @@ from bufferstand.recording.finding import run_files
 from bufferstand.recording.runfile import Run, StreamData, open_run
 
 BLOCK_ROWS = 1 << 16
-LONGEST_S = 30.0
-"""A value that is read seldom holds until the next one, unless that comes later than this [s]."""
 
 
 class RunSpans:
