@@ -26,6 +26,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.common import ROOT, SAMPLE_STAND, Benchmark, NotHere, processor_s, tell
+from benchmarks.common.processes import shared_out_MB
 from bufferstand.recording.runfile import open_run
 
 FREQUENCY_HZ = 1.0
@@ -216,15 +217,6 @@ def share_of(pid: int, seconds: float) -> float:
     return (processor_s(pid) - before_s) / (time.perf_counter() - wall_s)
 
 
-def memory_MB(pid: int) -> float:  # noqa: N802 - the unit keeps its capitals
-    """Return what a process and its children hold [MB]: PSS, where shared pages are shared out."""
-    children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()
-    rolled = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="ascii")
-    found = re.search(r"^Pss:\s+(\d+) kB", rolled, re.MULTILINE)
-    assert found is not None
-    return int(found[1]) / 1024.0 + sum(memory_MB(int(child)) for child in children)
-
-
 def measure(folder: Path, *, seconds: float, alone_s: float, look_s: float, pages: int) -> Sequence[float]:
     """Measure an acquisition alone, with pages open for so long, and alone again."""
     seen = Seen()
@@ -236,7 +228,7 @@ def measure(folder: Path, *, seconds: float, alone_s: float, look_s: float, page
             while time.monotonic() - began_s < seconds:
                 shares.append(share_of(run.pid, look_s))
                 found = look()
-                seen.server_MB.append(memory_MB(server))
+                seen.server_MB.append(shared_out_MB(server))
                 seen.page_MB.append([one["JSHeapUsedSize"] / 2**20 for one in found])
                 seen.nodes.append(max(int(one["Nodes"]) for one in found))
                 seen.listeners.append(max(int(one["JSEventListeners"]) for one in found))

@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from benchmarks.common.processes import holds
 from benchmarks.monitor_hour import SETTLE_S, campaign, lost_of, page_served, pages_open
 from tests.soak.curves import Curves
-from tests.soak.process import holds
 
 S_PER_H = 3600.0
 LIMITS = {

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.common import NotHere
+from benchmarks.common.processes import forget_peak, holds, peak_MB
 from tests.soak.__main__ import main
 from tests.soak.curves import Curves
-from tests.soak.process import forget_peak, holds, peak_MB
 from tests.soak.real import LIMITS as REAL
 from tests.soak.virtual import LIMITS
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from benchmarks.common.processes import forget_peak, holds, peak_MB
 from bufferstand.daq.campaign.campaign_runner import run_campaign
 from bufferstand.drivers.simulated.inprocess.stand import open_in_process
 from bufferstand.evaluation.document import evaluate_file
@@ -17,7 +18,6 @@ from bufferstand.protocols.planning.plan import Plan
 from bufferstand.recording.runfile import open_run
 from tests.daq.run_in_process import COARSE, facts_of, sample_plan
 from tests.soak.curves import Curves
-from tests.soak.process import forget_peak, holds, peak_MB
 
 S_PER_H = 3600.0
 LIMITS = {

@@ -38,6 +38,11 @@ def holds(pid: int) -> dict[str, float]:
     }
 
 
+def shared_out_MB(pid: int) -> float:  # noqa: N802 - the unit keeps its capitals
+    """Return what a process and its children hold [MB]: PSS, where shared pages are shared out."""
+    return sum(_kB(Path(f"/proc/{one}/smaps_rollup"), "Pss") for one in family(pid)) / 1024.0
+
+
 def _held(pid: int) -> tuple[int, int, int] | None:
     """Return memory [kB], handles and threads of a process; None of one that has ended meanwhile."""
     folder = Path(f"/proc/{pid}")
