@@ -77,12 +77,14 @@ class CampaignMetadata:
 
 def stream_document(facts: StreamFacts) -> dict[str, Any]:
     """Return a stream's part of the document."""
-    return {
+    document = {
         "clock": facts.clock,
         "rate_Hz": facts.rate_Hz or None,
         "device": facts.device,
         "channels": [channel.model_dump(mode="json") for channel in facts.channels],
     }
+    # Only where it is not counts: the file of a stand that delivers counts stays what it was.
+    return {**document, "raw_units": dict(facts.raw_units)} if facts.raw_units else document
 
 
 def run_document(

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from bufferstand.recording.runfile.metadata import (
         KINDS,
         STATUSES,
+        StreamHead,
         check_new_document,
     )
     from bufferstand.recording.runfile.other_clocks import (
@@ -86,6 +87,7 @@ __all__ = [
     "RunEvent",
     "Series",
     "StreamData",
+    "StreamHead",
     "Widths",
     "check_new_document",
     "checked_content",

@@ -83,7 +83,7 @@ def write_run(
     events, anchors : sequence
         What happened, and pairs of clock readings.
     raw_units : mapping of str to str, optional
-        Unit of a channel's raw numbers, ``count`` where not given.
+        Unit of a channel's raw numbers where the document says none; ``count`` where neither does.
 
     Returns
     -------
@@ -108,7 +108,12 @@ def write_run(
     for name, stream in content.items():
         dtypes = {channel: values.dtype for channel, values in stream.counts.items()}
         columns += stream_columns(
-            name, stream.rows, stream.time.dtype, dtypes, len(stream.segments), raw_units or {}
+            name,
+            stream.rows,
+            stream.time.dtype,
+            dtypes,
+            len(stream.segments),
+            {**heads[name].raw_units, **(raw_units or {})},
         )
     return write_columns(path, metadata, heads, columns, _values(content, items))
 

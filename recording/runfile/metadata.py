@@ -22,13 +22,17 @@ CLOCKS = ("device", "host")
 
 @dataclass(frozen=True)
 class StreamHead:
-    """What the document says of one stream; ``rate_Hz`` is nominal, None where none is known."""
+    """What the document says of one stream; ``rate_Hz`` is nominal, None where none is known.
+
+    ``raw_units`` holds the unit in which a channel was delivered, where that is not counts.
+    """
 
     name: str
     clock: str
     rate_Hz: float | None
     device: str
     channels: tuple[Channel, ...]
+    raw_units: Mapping[str, str]
 
 
 def check_document(document: Mapping[str, Any], file: Path) -> dict[str, StreamHead]:
@@ -89,7 +93,19 @@ def _head(name: str, entry: Any, file: Path) -> StreamHead:
         raise BadInput("no channels are listed", file=file, place=f"{place}.channels")
     channels = tuple(_channel(item, f"{place}.channels[{i}]", file) for i, item in enumerate(listed))
     device = str(entry.get("device", ""))
-    return StreamHead(name, entry["clock"], None if rate is None else float(rate), device, channels)
+    raw_units = entry.get("raw_units", {})
+    known = {channel.name for channel in channels}
+    if not isinstance(raw_units, Mapping) or not all(
+        channel in known and isinstance(unit, str) and unit for channel, unit in raw_units.items()
+    ):
+        raise BadInput(
+            f"{raw_units!r} is no table of a unit for each of some channels",
+            file=file,
+            place=f"{place}.raw_units",
+        )
+    return StreamHead(
+        name, entry["clock"], None if rate is None else float(rate), device, channels, raw_units
+    )
 
 
 def _channel(item: Any, place: str, file: Path) -> Channel:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from bufferstand.recording.journal import ChainReader, DataRecord, EndRecord, Jo
 from bufferstand.recording.runfile import (
     ENTRY,
     DatasetColumn,
+    StreamHead,
     Widths,
     item_values,
     segment_rows,
@@ -81,13 +82,15 @@ class Outline:
     more_follows: bool
     missing: int
 
-    def columns(self, names: Sequence[str]) -> list[DatasetColumn]:
-        """Return the datasets of the run file, with those of the named streams in the given order."""
+    def columns(self, heads: Mapping[str, StreamHead]) -> list[DatasetColumn]:
+        """Return the datasets of the run file, those of streams that delivered in the given order."""
         stamps = np.dtype("<i8")
         columns: list[DatasetColumn] = []
-        for name in names:
-            stream = self.streams[name]
-            columns += stream_columns(name, stream.rows, stamps, stream.dtypes, len(stream.segments), {})
+        for name, head in heads.items():
+            if stream := self.streams.get(name):
+                columns += stream_columns(
+                    name, stream.rows, stamps, stream.dtypes, len(stream.segments), head.raw_units
+                )
         return [*columns, *self.widths.columns()]
 
 

@@ -93,7 +93,7 @@ def seal_held(journal: Path) -> Path:
     if sealed_from is None:
         held = {name: tuple(stream.dtypes) for name, stream in content.streams.items()}
         heads = fitting_heads(metadata, held, run_file)
-        columns = content.columns([name for name in heads if name in held])
+        columns = content.columns(heads)
         write_columns(run_file, metadata, heads, columns, values_of(journal, content))
     whole = sealed_from is not None and sealed_from != metadata["sealed_from"]
     _put_away(journal, keep=content.more_follows and not whole)

@@ -54,6 +54,10 @@ def test_a_recording_is_whole_and_its_figures_are_those_of_the_stand(tmp_path: P
     assert run.metadata["specimen"]["id"] == "buffer-7"
     assert run.gaps("acquisition") == []
     assert run.streams["acquisition"].rows >= 7500
+    delivered = run.metadata["streams"]["acquisition"]["raw_units"]
+    assert delivered == dict.fromkeys(run.streams["acquisition"].channels, "V")
+    for channel in delivered:
+        assert run.metadata["datasets"][f"entry/acquisition/{channel}"]["units"] == "V"
     found = json.loads(call("evaluate", path, "--json", "-").stdout)["runs"][0]
     cycles = [cycle for cycle in found["cycles"] if cycle["complete"] and cycle["steady"]]
     assert len(cycles) >= 6

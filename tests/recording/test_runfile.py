@@ -262,6 +262,22 @@ def test_a_version_that_is_none_is_refused(tmp_path: Path, version: Any) -> None
         open_run(path)
 
 
+def test_numbers_delivered_in_another_unit_than_counts_say_so(tmp_path: Path) -> None:
+    metadata = samples.metadata(status="complete")
+    metadata["streams"]["controller"]["raw_units"] = {"force": "V"}
+    datasets = open_run(written(tmp_path / "run-1.h5", metadata=metadata)).metadata["datasets"]
+    assert datasets["entry/controller/force"]["units"] == "V"
+    assert datasets["entry/controller/stroke_1"]["units"] == "count"
+
+
+@pytest.mark.parametrize("stated", ["V", ["V"], {"force": 1}, {"force": ""}, {"pressure_9": "V"}])
+def test_raw_units_that_are_none_are_refused(tmp_path: Path, stated: Any) -> None:
+    metadata = samples.metadata(status="complete")
+    metadata["streams"]["controller"]["raw_units"] = stated
+    with pytest.raises(BadInput, match=r"streams\.controller\.raw_units: .* is no table of a unit"):
+        written(tmp_path / "run-1.h5", metadata=metadata)
+
+
 def test_a_missing_unit_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path / "run-1.h5")
     rewritten(path, lambda tree: tree["entry/controller/force"].attrs.pop("units"))

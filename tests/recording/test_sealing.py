@@ -71,7 +71,7 @@ def write_through(journal: Path, file: TreeFile) -> None:
     held = {name: tuple(stream.dtypes) for name, stream in content.streams.items()}
     heads = fitting_heads(content.header["metadata"], held, journal)
     with file:
-        with TreeWriter(file, content.columns([name for name in heads if name in held])) as tree:
+        with TreeWriter(file, content.columns(heads)) as tree:
             for place, values in values_of(journal, content):
                 tree.append(place, values)
             tree.finish(content.header["metadata"], heads)
