@@ -20,6 +20,7 @@ KNOWN = [
     pytest.param(1100432, None, id="a damper's ends with rounded stamps and steps: a drift that is none"),
     pytest.param(1100437, None, id="a force zero that was off before the motion began: a jump that is none"),
     pytest.param(1100487, None, id="coloured noise of the stroke at a hold: 33 strokes of one"),
+    pytest.param(1400060, None, id="two spikes in a row on either side of the stroke: two strokes of one"),
     pytest.param(1400626, None, id="newtons in a proof load of seven samples: passed"),
     pytest.param(1063052, "zero-off", id="noise hides a preload and a zero that is 2 mm off: forces passed"),
 ]

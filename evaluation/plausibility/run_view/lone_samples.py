@@ -71,7 +71,8 @@ def lone_rows(time_s: FloatArray, value: FloatArray, least: float, looked_at: Se
         single = _turns(into, out_of, _APART * least)
         rows = np.flatnonzero(single) + first
         double = _turns(into, step[3:], least)
-        pairs = np.flatnonzero(double) + first
+        opposed = single[:-1] & single[1:]
+        pairs = np.union1d(np.flatnonzero(double), np.flatnonzero(opposed)) + first
         if rows.size + pairs.size > _MOST_CANDIDATES:
             continue  # not lone samples, but noise of another kind
         for row in rows.tolist():
@@ -145,14 +146,18 @@ def _all_off(value: FloatArray) -> FloatArray:
 
 
 def _is_pair(value: FloatArray, row: int, least: float) -> bool:
-    """Say whether two samples from a row on are off alike, and what is beside them goes on as it came."""
+    """Say whether two samples from a row on are off, and what is beside them goes on as it came.
+
+    They are alike, or on either side of it: a motion that goes there and there has more samples on its way.
+    """
     if row + 2 >= value.size:
         return False
     before, one, two, after = (float(v) for v in value[row - 1 : row + 3])
     apart = min(abs(one - before), abs(two - after))
+    alike = abs(two - one) < _PAIR_ALIKE * apart
     return (
         apart > max(least, LOCAL_UNEVEN * _step_beside(value, row, row + 1))
-        and abs(two - one) < _PAIR_ALIKE * apart
+        and (alike or (one - before) * (two - after) < 0.0)
         and abs(after - before) < _PAIR_ALIKE * apart
     )
 

@@ -37,6 +37,23 @@ def test_two_in_a_row() -> None:
     assert finding.end_s == 2.602
 
 
+@pytest.mark.parametrize("column", [1, 2])
+@pytest.mark.parametrize("shares", [(0.5, -0.5), (-0.3, 0.2), (0.05, -0.1)])
+def test_two_in_a_row_on_either_side(column: int, shares: tuple[float, float]) -> None:
+    """Each denies the other, too: the larger step is that between them."""
+
+    def change(*columns: Floats) -> tuple[Floats, Floats, Floats]:
+        time_s, stroke, force = (c.copy() for c in columns)
+        values = (time_s, stroke, force)[column]
+        values[1300:1302] = values[1299] + np.array(shares) * np.ptp(values)
+        return time_s, stroke, force
+
+    run = harmonic(change)
+    (finding,) = of_kind(run, "spike")
+    assert (finding.start_s, finding.end_s) == (2.6, 2.602)
+    assert not any(of_kind(run, kind) for kind in ("stroke-jump", "offset-jump", "gain-jump"))
+
+
 @pytest.mark.parametrize(
     "row", [50, 1500, *(pytest.param(row, marks=pytest.mark.long) for row in (700, 2200, 3000))]
 )
