@@ -22,6 +22,7 @@ KNOWN = [
     pytest.param(1100487, None, id="coloured noise of the stroke at a hold: 33 strokes of one"),
     pytest.param(1400060, None, id="two spikes in a row on either side of the stroke: two strokes of one"),
     pytest.param(1400626, None, id="newtons in a proof load of seven samples: passed"),
+    pytest.param(1500099, None, id="a force jumps in a log by event, taken for a gap: a stroke failed"),
     pytest.param(1063052, "zero-off", id="noise hides a preload and a zero that is 2 mm off: forces passed"),
 ]
 

@@ -14,6 +14,10 @@ from bufferstand.evaluation.plausibility.run_view.channels import Channels
 from bufferstand.evaluation.plausibility.run_view.error_codes import ErrorCodes
 from bufferstand.evaluation.plausibility.run_view.samples import Samples
 from bufferstand.evaluation.record import Record
+from bufferstand.foundation.numbers import median
+
+_ABOUT, _LONGER = 4, 2.5
+"""An interruption lasts longer than the step, as a median of so many on either side, by this factor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +125,18 @@ class RunView:
 
     @cached_property
     def breaks_s(self) -> tuple[float, ...]:
-        """Moments of the last sample before each interruption of the record [s]."""
+        """Moments of the last sample before each interruption of the record [s].
+
+        In a record that is written by event a step in which more changed than an event is one, too. Where it
+        lasts no longer than those about it, a signal may have jumped in it: it is not among these.
+        """
+        time_s = self.samples.time_s
         before = np.array(self.samples.breaks, dtype=np.intp) - 1
-        return tuple(self.samples.time_s[before].tolist())
+        if self.samples.by_event and before.size:
+            step_s = np.diff(time_s)
+            about = [median(step_s[max(0, at - _ABOUT) : at + _ABOUT + 1]) for at in before.tolist()]
+            before = before[step_s[before] > _LONGER * np.array(about)]
+        return tuple(time_s[before].tolist())
 
     @property
     def out(self) -> frozenset[str]:
