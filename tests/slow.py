@@ -136,6 +136,7 @@ SLOW = (
     "tests/evaluation_report/test_validated.py",
     "tests/evaluation_report/test_workbook.py",
     "tests/evaluation_report/test_writing.py",
+    "tests/evaluation_wording/test_code_texts.py",
     "tests/hostile/test_campaign_files.py",
     "tests/hostile/test_certificates.py",
     "tests/hostile/test_foreign_files.py",

@@ -143,7 +143,7 @@ class Language:
         whole = _known(self, text)
         if whole is None and _BETWEEN in text:
             parts = text.split(_BETWEEN)
-            known = [_known(self, part) for part in parts]
+            known = [_known(self, part) if _WORDS.search(part) else self.numeral(part) for part in parts]
             if None not in known:
                 whole = _BETWEEN.join(part for part in known if part is not None)
         return text if whole is None else whole

@@ -11,6 +11,7 @@ import pytest
 
 from bufferstand.evaluation.wording import Code
 from bufferstand.evaluation.wording.language import EVALUATION, read_catalogue
+from tests.evaluation_wording.code_texts import code_texts
 from tests.evaluation_wording.messages import (
     CATALOGUES,
     ROOT,
@@ -81,6 +82,7 @@ def test_the_messages_of_the_evaluation_are_those_of_the_code() -> None:
         tree = ast.parse(file.read_text(encoding="utf-8"))
         nodes = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
         texts += [text for text in nodes if isinstance(text, str)]
+        texts += [FACT.sub("{}", form) for text in code_texts(file) for form in text.forms]
     words = {word for text in texts for word in re.findall(r"[\w'-]+", text)}
     following = {pair for text in texts for pair in pairs(text)}
     for one in read_catalogue("de"):
