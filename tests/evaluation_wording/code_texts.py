@@ -24,7 +24,7 @@ _SAYING = frozenset({"said", "said_count", "label", "numeral"})
 _OF_CODE = frozenset({"TypeVar", "Literal", "cast", "compile"})
 _MOST = 48
 """So many forms of one text at most: what has more is followed less deeply."""
-_DEEPEST = 6
+_DEEPEST = 8
 _IN_PIECES = re.compile(r"  | [,:;.)]|[:,;] ?$| by $")
 """What a text shows that is put together as none ever is: an empty piece where another one stands."""
 FACT = re.compile(r"\{(\w+)\}")
@@ -68,6 +68,15 @@ def code_texts(file: Path) -> tuple[CodeText, ...]:
     return tuple(_Walk(file).texts())
 
 
+@cache
+def handed_texts(file: Path, names: frozenset[str]) -> tuple[CodeText, ...]:
+    """Return the texts that a file hands to what has one of the names, to ``Trip(…)`` for one."""
+    walk = _Walk(file)
+    calls = [node for node in ast.walk(walk.tree) if isinstance(node, ast.Call) and _name_of(node) in names]
+    given = [one for node in calls for one in (*node.args, *(word.value for word in node.keywords))]
+    return tuple(text for node in given if (text := walk.text(node)) is not None)
+
+
 class _Walk:
     def __init__(self, file: Path) -> None:
         self.file = file.relative_to(ROOT).as_posix() if file.is_relative_to(ROOT) else file.name
@@ -92,8 +101,16 @@ class _Walk:
         found += list(self._grown())
         for node, forms in sorted(found, key=lambda one: one[0].lineno):
             if id(node) not in self.used:
-                kept = sorted(text for text in forms if not _IN_PIECES.search(text))
-                yield CodeText(self.file, node.lineno, tuple(kept))
+                yield self._text_of(node, forms)
+
+    def text(self, node: ast.expr) -> CodeText | None:
+        """Return the text of one expression, or None where it is none that can be followed."""
+        forms = self._forms(node, 0, top=True)
+        return self._text_of(node, forms) if forms else None
+
+    def _text_of(self, node: ast.expr, forms: list[str]) -> CodeText:
+        kept = sorted(text for text in forms if not _IN_PIECES.search(text))
+        return CodeText(self.file, node.lineno, tuple(kept))
 
     def _grown(self) -> Iterator[tuple[ast.expr, list[str]]]:
         """Return the texts that something is added to line by line."""
@@ -248,6 +265,10 @@ class _Walk:
         return list(dict.fromkeys(text for texts in forms for text in texts or ["{" + name.strip("_") + "}"]))
 
 
+def _name_of(node: ast.Call) -> str:
+    return node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
+
+
 def _is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
 
@@ -351,6 +372,6 @@ def _left_by(node: ast.AST) -> list[ast.AST]:
             left = [how]
         case ast.JoinedStr(values=parts):
             left = [part for part in parts if isinstance(part, ast.Constant)]
-        case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)) if name in _SAYING | _OF_CODE:
+        case ast.Call() if _name_of(node) in _SAYING | _OF_CODE:
             left = [node]
     return left

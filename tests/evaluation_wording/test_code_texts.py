@@ -8,11 +8,14 @@ from pathlib import Path
 import pytest
 
 from bufferstand.evaluation.wording import Code, Language
-from tests.evaluation_wording.code_texts import FACT, CodeText, code_texts
+from tests.evaluation_wording.code_texts import FACT, CodeText, code_texts, handed_texts
 from tests.evaluation_wording.messages import ROOT, TRANSLATED
 
 ROOMS = ("evaluation",)
 """Rooms whose texts stand in evaluation documents and run files, and so in reports."""
+STOPPING = ("daq/guards", "daq/campaign", "daq/motions", "daq/acquisition", "daq/operator", "daq/zero")
+"""Rooms that stop a run, or note what happened in it."""
+GUARDS_SAY = frozenset({"Trip"})
 NO_REPORT = {
     "evaluation/archive": "settings, tables and messages of whole archives; a report has none of them",
     "evaluation/catalogue": "names and definitions of quantities: the messages of the code have the names",
@@ -79,6 +82,18 @@ def test_every_text_that_can_reach_a_report_has_a_translation(texts: list[CodeTe
     assert len(texts) > 300
     lacking = [f"{text.file}:{text.line}: {form}" for text in texts for form in left_as_it_is(text, code)]
     assert lacking == [], f"no message of the context evaluation in {code}.po has this form"
+
+
+def test_every_reason_of_a_guard_has_a_translation() -> None:
+    """Why a run was stopped, and what was noted in it: what a guard says is in its file, so in reports."""
+    files = sorted(file for room in STOPPING for file in (ROOT / room).rglob("*.py"))
+    reasons = [text for file in files for text in handed_texts(file, GUARDS_SAY)]
+    assert len({form for text in reasons for form in text.forms}) > 80
+    for code in TRANSLATED:
+        lacking = {
+            f"{text.file}:{text.line}: {form}" for text in reasons for form in left_as_it_is(text, code)
+        }
+        assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 
 
 def test_what_is_left_out_is_there() -> None:
