@@ -117,6 +117,7 @@ SLOW = (
     "tests/evaluation_publication/test_publish.py",
     "tests/evaluation_report/test_browser.py",
     "tests/evaluation_report/test_budgets.py",
+    "tests/evaluation_report/test_campaigns_in_languages.py",
     "tests/evaluation_report/test_certificate.py",
     "tests/evaluation_report/test_checklist.py",
     "tests/evaluation_report/test_comparison.py",
