@@ -67,7 +67,7 @@ def left_as_it_is(text: CodeText, code: Code) -> list[str]:
         form
         for form, english, other in said
         if TWO_WORDS.search(FACT.sub("", form)) and form not in NOT_SHOWN
-        if other == english or ENGLISH.search(other)
+        if other in {english, ""} or ENGLISH.search(other)
     ]
 
 
