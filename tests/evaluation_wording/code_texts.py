@@ -24,8 +24,8 @@ _SAYING = frozenset({"said", "said_count", "label", "numeral"})
 _OF_CODE = frozenset({"TypeVar", "Literal", "cast", "compile"})
 _MOST = 48
 """So many forms of one text at most: what has more is followed less deeply."""
-_DEEPEST = 8
-_IN_PIECES = re.compile(r"  | [,:;.)]|[:,;] ?$| by $")
+_DEEPEST = 10
+_IN_PIECES = re.compile(r"  | [:,;.)]|[(][)]|[:,;] ?$| by $")
 """What a text shows that is put together as none ever is: an empty piece where another one stands."""
 FACT = re.compile(r"\{(\w+)\}")
 _Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,8 @@ ROOMS = ("evaluation",)
 """Rooms whose texts stand in evaluation documents and run files, and so in reports."""
 STOPPING = ("daq/guards", "daq/campaign", "daq/motions", "daq/acquisition", "daq/operator", "daq/zero")
 """Rooms that stop a run, or note what happened in it."""
-GUARDS_SAY = frozenset({"Trip"})
+GUARDS_SAY = frozenset({"Trip", "SignalDoubt", "_doubt", "_scaled_doubt"})
+"""What is handed what a guard says: a trip, and a doubt of a signal, which a trip tells."""
 NO_REPORT = {
     "evaluation/archive": "settings, tables and messages of whole archives; a report has none of them",
     "evaluation/catalogue": "names and definitions of quantities: the messages of the code have the names",
@@ -36,7 +38,19 @@ NOT_SHOWN = {
     "the limit set asks for: {asked}; take the item out, or name its set with --limits": "of an error",
 }
 """Texts of the other files that no report shows, and why not."""
+NO_REASON = {
+    "fallen off": "a kind of doubt",
+    "no heat": "a kind of doubt",
+    "follows the specimen": "a kind of doubt",
+    "force, force_2": "names of channels",
+    "force, position": "names of channels",
+    "calibration (hooked in anew since the zero?)": "a key behind its table, which is told with it",
+    "delay_s and calibration": "a key behind its table, which is told with it",
+    "{calibration}, or [limits] machine_stiffness_kN_per_mm": "two keys",
+}
+"""What guards hand over besides, and what it is."""
 LIKELY = {"lacking": "cycle 7"}
+LIKELY_OF_GUARDS = {"more": "", "beside": "", "fault": ": its sign is turned"}
 """Facts that are no number, and one of their values."""
 TWO_WORDS = re.compile(r"[A-Za-z]{2,}.* .*[A-Za-z]{2,}|[A-Za-z]{2,} .*[A-Za-z]{2,}", re.DOTALL)
 ENGLISH = re.compile(
@@ -54,15 +68,16 @@ def _left_out(file: str) -> bool:
     return any(file == one or file.startswith(f"{one}/") for one in NO_REPORT)
 
 
-def example(form: str) -> str:
+def example(form: str, likely: Mapping[str, str] = LIKELY) -> str:
     """Return a text of a form: with numbers for its facts, without a fact that a word follows at once."""
     text = re.sub(r"\{\w+\}(?=[A-Za-z])", "", form)
-    return FACT.sub(lambda fact: LIKELY.get(fact[1], "7"), text)
+    return FACT.sub(lambda fact: likely.get(fact[1], "7"), text)
 
 
-def left_as_it_is(text: CodeText, code: Code) -> list[str]:
+def left_as_it_is(text: CodeText, code: Code, likely: Mapping[str, str] = LIKELY) -> list[str]:
     """Return the forms of a text that a language does not say, or not wholly."""
-    said = [(form, example(form), Language(code).say(example(form))) for form in text.forms]
+    examples = [(form, example(form, likely)) for form in text.forms]
+    said = [(form, english, Language(code).say(english)) for form, english in examples]
     return [
         form
         for form, english, other in said
@@ -88,10 +103,13 @@ def test_every_reason_of_a_guard_has_a_translation() -> None:
     """Why a run was stopped, and what was noted in it: what a guard says is in its file, so in reports."""
     files = sorted(file for room in STOPPING for file in (ROOT / room).rglob("*.py"))
     reasons = [text for file in files for text in handed_texts(file, GUARDS_SAY)]
-    assert len({form for text in reasons for form in text.forms}) > 80
+    assert len({form for text in reasons for form in text.forms}) > 150
     for code in TRANSLATED:
         lacking = {
-            f"{text.file}:{text.line}: {form}" for text in reasons for form in left_as_it_is(text, code)
+            f"{text.file}:{text.line}: {form}"
+            for text in reasons
+            for form in left_as_it_is(text, code, LIKELY_OF_GUARDS)
+            if form not in NO_REASON
         }
         assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 
