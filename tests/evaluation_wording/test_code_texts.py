@@ -4,20 +4,37 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from bufferstand.daq.strokes.stroke_rows import StrokeRow
+from bufferstand.daq.warm_up.outcome import WarmUpOutcome
 from bufferstand.evaluation.wording import Code, Language
 from tests.evaluation_wording.code_texts import FACT, CodeText, code_texts, handed_texts
 from tests.evaluation_wording.messages import ROOT, TRANSLATED
 
-ROOMS = ("evaluation",)
-"""Rooms whose texts stand in evaluation documents and run files, and so in reports."""
-STOPPING = ("daq/guards", "daq/campaign", "daq/motions", "daq/acquisition", "daq/operator", "daq/zero")
+ROOMS = (
+    "evaluation",
+    "daq/motions/force_rows.py",
+    "model/identified_range.py",
+    "model/spring.py",
+    "model/twin/alarming.py",
+)
+"""Rooms and files whose texts stand in evaluation documents and run files, and so in reports."""
+STOPPING = tuple(
+    f"daq/{room}"
+    for room in (
+        *("acquisition", "campaign", "guards", "motions", "operator"),
+        *("strokes", "twin", "warm_up", "zero"),
+    )
+)
 """Rooms that stop a run, or note what happened in it."""
 GUARDS_SAY = frozenset({"Trip", "SignalDoubt", "_doubt", "_scaled_doubt"})
 """What is handed what a guard says: a trip, and a doubt of a signal, which a trip tells."""
+EVENTS = frozenset({"say", "event"})
+"""What is handed an event of a run: a report has the last one of a run that ended early."""
 NO_REPORT = {
     "evaluation/archive": "settings, tables and messages of whole archives; a report has none of them",
     "evaluation/catalogue": "names and definitions of quantities: the messages of the code have the names",
@@ -33,12 +50,15 @@ NO_REPORT = {
 """Folders and files with texts that no report shows, and why not."""
 NOT_SHOWN = {
     "by itself": "a key of a group of runs",
+    "{least} or more": "of an error",
     "wiring of ": "the beginning of a guard's name",
     "plausibility of ": "the beginning of a guard's name",
     "the limit set asks for: {asked}; take the item out, or name its set with --limits": "of an error",
 }
 """Texts of the other files that no report shows, and why not."""
+KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 NO_REASON = {
+    KEYS: "said at the terminal",
     "fallen off": "a kind of doubt",
     "no heat": "a kind of doubt",
     "follows the specimen": "a kind of doubt",
@@ -60,7 +80,7 @@ ENGLISH = re.compile(
 
 def reaching(rooms: tuple[str, ...] = ROOMS) -> list[Path]:
     """Return the files whose texts can reach a report."""
-    files = sorted(file for room in rooms for file in (ROOT / room).rglob("*.py"))
+    files = [file for room in rooms for file in sorted((ROOT / room).rglob("*.py")) or [ROOT / room]]
     return [file for file in files if not _left_out(file.relative_to(ROOT).as_posix())]
 
 
@@ -99,11 +119,12 @@ def test_every_text_that_can_reach_a_report_has_a_translation(texts: list[CodeTe
     assert lacking == [], f"no message of the context evaluation in {code}.po has this form"
 
 
-def test_every_reason_of_a_guard_has_a_translation() -> None:
-    """Why a run was stopped, and what was noted in it: what a guard says is in its file, so in reports."""
+@pytest.mark.parametrize(("say", "least"), [(GUARDS_SAY, 150), (EVENTS, 15)])
+def test_what_is_said_while_a_run_is_made_has_a_translation(say: frozenset[str], least: int) -> None:
+    """Why a run was stopped, and what was noted in it: it is in the run's file, so in reports."""
     files = sorted(file for room in STOPPING for file in (ROOT / room).rglob("*.py"))
-    reasons = [text for file in files for text in handed_texts(file, GUARDS_SAY)]
-    assert len({form for text in reasons for form in text.forms}) > 150
+    reasons = [text for file in files for text in handed_texts(file, say)]
+    assert len({form for text in reasons for form in text.forms}) > least
     for code in TRANSLATED:
         lacking = {
             f"{text.file}:{text.line}: {form}"
@@ -112,6 +133,28 @@ def test_every_reason_of_a_guard_has_a_translation() -> None:
             if form not in NO_REASON
         }
         assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
+
+
+SINE = StrokeRow(
+    "harmonic", 1.27, 20.0, 10.0, 20.0, 10.0, 20.2, 10.1, 19.8, 9.7, 20.0, 9.9, cycles=9, cycles_off="1-3"
+)
+WARM = WarmUpOutcome(goes=2, lag_s=40.0, rise_K=0.31, spring_C=25.2, above_K=0.0, rested_s=120.0)
+SENTENCES = (
+    SINE.sentence(),
+    replace(SINE, by_force=True).sentence(),
+    replace(SINE, cycles_changed="1", cycles_not_close="4-6", cycles_unseen="9").sentence(),
+    f"warmed up: 25.1 °C: {WARM.sentence()}",
+    f"warmed up: 25.1 °C: {replace(WARM, goes=1, lag_s=None, above_K=0.4).sentence()}",
+)
+
+
+@pytest.mark.parametrize("code", TRANSLATED)
+def test_what_objects_say_of_themselves_is_said(code: Code) -> None:
+    """Sentences that methods put together, which are not followed through the code."""
+    for text in SENTENCES:
+        said = Language(code).say(text)
+        assert said != text
+        assert not ENGLISH.search(said)
 
 
 def test_what_is_left_out_is_there() -> None:
