@@ -123,10 +123,11 @@ def _hidden(
         if free_s < _SHORTER * shortest_s and not hole.unknown:
             continue
         behind = [cycle.index for cycle in cycles if cycle.start_s >= hole.start_s]
-        length = "of unknown length" if hole.unknown else f"of {hole.length_s:.4g} s"
-        fits = "" if hole.unknown else f" (the shortest on record takes {shortest_s:.3g} s)"
-        what = "step" if hole in slow else "hole"
-        why = f"the {what} {length} after {hole.start_s:.6g} s may hide a stroke{fits}"
+        what, after = "step" if hole in slow else "hole", f"after {hole.start_s:.6g} s may hide a stroke"
+        fits = f"(the shortest on record takes {shortest_s:.3g} s)"
+        why = f"the {what} of {hole.length_s:.4g} s {after} {fits}"
+        if hole.unknown:
+            why = f"the {what} of unknown length {after}"
         first = behind[0] if behind else cycles[-1].index + 1
         hidden.append(NumberingDoubt(first, why, hole.start_s, hole.end_s, hole.unknown))
     return sorted(hidden, key=lambda doubt: doubt.start_s)

@@ -27,8 +27,8 @@ def judge_item(case: Case, item: InspectionItem) -> RequirementResult:
         why = f"not filled in by {_by(case)}"
     else:
         verdict = "pass" if found.result == "in-order" else "fail"
-        why = f"{found.result.replace('-', ' ')}, {_by(case)}"
-        why += f": {found.note}" if found.note else ""
+        answer = "in order" if found.result == "in-order" else "defect"
+        why = f"{answer}, {_by(case)}: {found.note}" if found.note else f"{answer}, {_by(case)}"
     return row(
         case, item.id, None, item.text, RowLimits(None, None, ""), verdict, why, cited=item, by_hand=True
     )

@@ -120,8 +120,8 @@ def _force(case: Case, load: ProofLoad) -> RequirementResult:
     repeated = load.cycles_min != "none" and weakest is not None
     reached = weakest if repeated else peak_force_kN(case.record.force_kN)
     if reached is None:
-        why = "no force on record"
-        return row(case, identity, None, text, limits, "inconclusive", why, cited=load, condition=True)
+        unknown = "no force on record"
+        return row(case, identity, None, text, limits, "inconclusive", unknown, cited=load, condition=True)
     result = judged(
         case,
         identity,

@@ -91,11 +91,13 @@ def _references(rows: Sequence[RequirementResult]) -> list[str]:
         own = [row for row in rows if row.standard == standard]
         without = list(dict.fromkeys(row.id for row in own if row.clause is None))
         every = len(without) == len({row.id for row in own})
-        missing = ["edition"] * any(row.edition is None for row in own)
-        missing += ["clause" if every else f"clause for {', '.join(without)}"] * bool(without)
+        clause = "clause" if every else f"clause for {', '.join(without)}"
+        missing = clause if without else ""
+        if any(row.edition is None for row in own):
+            missing = f"edition and no {clause}" if without else "edition"
         if missing:
             warnings.append(
-                f"no {' and no '.join(missing)} of {standard} on record: the limit set has its numbers from "
+                f"no {missing} of {standard} on record: the limit set has its numbers from "
                 "another source (source of each requirement); a statement of conformity by it is a draft"
             )
     return warnings

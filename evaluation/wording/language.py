@@ -29,10 +29,15 @@ _GROUPED_FROM = 5
 _FACT = re.compile(r"\{(\w+)\}")
 _WORDS = re.compile(r"[A-Za-z]{2}")
 _BETWEEN = "; "
+_FRENCH_BETWEEN = " ; "
 _WRITTEN = frozenset({"section", "table"})
 """Facts that look like numbers and are none."""
 _TOLD = frozenset({"why", "text"})
 """Facts that are texts of the evaluation themselves: without a translation of theirs there is none at all."""
+_NAMES = re.compile(r"[\w*.-]+(?:, [\w*.-]+)* and [\w*.-]+")
+"""Names of files and documents in a row."""
+_OF_FACT = {"number": r"\d+", "numbers": r"\d+(?:(?:, | to )\d+)*"}
+"""What some facts look like; others are any text."""
 _FROM_TO = re.compile(r"(\d+) to (\d+)")
 _LIST = re.compile(r"\d+(?:(?:, | to )\d+)+")
 _THIN = "\u202f"
@@ -143,9 +148,10 @@ class Language:
         whole = _known(self, text)
         if whole is None and _BETWEEN in text:
             parts = text.split(_BETWEEN)
-            known = [_known(self, part) for part in parts]
+            known = [_known(self, part) if _WORDS.search(part) else self.numeral(part) for part in parts]
             if None not in known:
-                whole = _BETWEEN.join(part for part in known if part is not None)
+                between = _FRENCH_BETWEEN if self.code == "fr" else _BETWEEN
+                whole = between.join(part for part in known if part is not None)
         return text if whole is None else whole
 
 
@@ -216,7 +222,9 @@ def _known(language: Language, text: str) -> str | None:
 
 
 def _numbers(language: Language, fact: str) -> str:
-    """Return a fact with its numbers as a language writes them, and lists as ``1 to 3, 5`` in its words."""
+    """Return a fact with its numbers as a language writes them, and lists (``1 to 3, 5``) in its words."""
+    if _NAMES.fullmatch(fact):
+        return language.say(said(" and ")).join(fact.rsplit(" and ", 1))
     if not _LIST.fullmatch(fact):
         return language.numeral(fact)
     return _FROM_TO.sub(
@@ -257,7 +265,7 @@ def _pattern(message: str) -> re.Pattern[str]:
     for found in _FACT.finditer(message):
         name = found[1]
         out += re.escape(message[end : found.start()])
-        out += f"(?P={name})" if name in seen else f"(?P<{name}>.+?)"
+        out += f"(?P={name})" if name in seen else f"(?P<{name}>{_OF_FACT.get(name, '.+?')})"
         seen.add(name)
         end = found.end()
     return re.compile(out + re.escape(message[end:]), re.DOTALL)

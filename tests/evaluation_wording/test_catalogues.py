@@ -11,6 +11,7 @@ import pytest
 
 from bufferstand.evaluation.wording import Code
 from bufferstand.evaluation.wording.language import EVALUATION, read_catalogue
+from tests.evaluation_wording.code_texts import code_texts
 from tests.evaluation_wording.messages import (
     CATALOGUES,
     ROOT,
@@ -21,7 +22,8 @@ from tests.evaluation_wording.messages import (
 )
 
 FACT = re.compile(r"\{(\w+)\}")
-EVALUATING = ("evaluation", "daq", "recording", "foundation")
+NUMBER = re.compile("[0-9]+(?:[.,\u202f][0-9]+)*")
+EVALUATING = ("evaluation", "daq", "model", "recording", "foundation")
 """Rooms whose texts stand in evaluation documents and run files."""
 
 
@@ -46,6 +48,12 @@ def test_every_message_of_the_code_is_translated_and_no_other_is_there(code: Cod
     assert [id_ for id_, forms in texts.items() if not all(forms)] == []
 
 
+def numbers(message: str) -> list[str]:
+    """Return the numbers that a message itself has, with a decimal point and without spaces in them."""
+    found = NUMBER.findall(FACT.sub("", message))
+    return sorted(number.replace(",", ".").replace("\u202f", "") for number in found)
+
+
 @pytest.mark.parametrize("code", TRANSLATED)
 def test_a_translation_has_the_facts_and_the_edges_of_its_message(code: Code) -> None:
     catalogue = read_catalogue(code)
@@ -55,8 +63,11 @@ def test_a_translation_has_the_facts_and_the_edges_of_its_message(code: Code) ->
         message = one.id[0] if isinstance(one.id, list | tuple) else one.id
         forms = one.string if isinstance(one.string, tuple) else (one.string,)
         assert len(forms) in {1, catalogue.num_plurals}
+        counted = one.id if isinstance(one.id, list | tuple) else (message,)
         for form in forms:
+            assert form, one.id  # nothing at all would be said
             assert facts(form) == facts(message), one.id
+            assert numbers(form) in [numbers(each) for each in counted], one.id
             assert form.endswith(" ") == message.endswith(" "), one.id
             assert form.endswith(" ± U") == message.endswith(" ± U"), one.id
             if message[:1] not in ":;":
@@ -81,6 +92,7 @@ def test_the_messages_of_the_evaluation_are_those_of_the_code() -> None:
         tree = ast.parse(file.read_text(encoding="utf-8"))
         nodes = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
         texts += [text for text in nodes if isinstance(text, str)]
+        texts += [FACT.sub("{}", form) for text in code_texts(file) for form in text.forms]
     words = {word for text in texts for word in re.findall(r"[\w'-]+", text)}
     following = {pair for text in texts for pair in pairs(text)}
     for one in read_catalogue("de"):

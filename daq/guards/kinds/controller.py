@@ -141,23 +141,33 @@ def new_limit(memory: ControllerMemory, status: ControllerStatus) -> Limited | N
     return None if old else limited
 
 
+def _lost(block: ScaledBlock, lost_s: float) -> str:
+    """Return how many samples were lost before a block, and how many of them the controller missed."""
+    time, before = f"({lost_s * 1e3:.0f} ms)", f"lost before sample {block.first_sequence}"
+    if block.lost == 1:
+        alone = f"1 sample {time} was {before}"
+        return f"{alone}, a cycle that the controller missed" if block.missed else alone
+    text = f"{block.lost} samples {time} were {before}"
+    if not block.missed:
+        return text
+    if block.missed == block.lost:
+        return f"{text}, cycles that the controller missed"
+    if block.missed == 1:
+        return f"{text}, 1 of them a cycle that the controller missed"
+    return f"{text}, {block.missed} of them cycles that the controller missed"
+
+
 def evaluate_gap(guard: ControllerGuard, block: ScaledBlock) -> Trip | None:
     """Return a trip for samples lost before a block: a note if few, a stop if the guards were blind."""
     if block.lost <= 0:
         return None
     lost_s = block.lost / guard.rate_Hz
     blind = lost_s > guard.gap_stop_s
-    samples, were = ("sample", "was") if block.lost == 1 else ("samples", "were")
-    text = f"{block.lost} {samples} ({lost_s * 1e3:.0f} ms) {were} lost before sample {block.first_sequence}"
-    if block.missed:
-        cycles = "a cycle" if block.missed == 1 else "cycles"
-        share = "" if block.missed == block.lost else f"{block.missed} of them "
-        text += f", {share}{cycles} that the controller missed"
+    what = f"longer than {guard.gap_stop_s:g} s, the guards were blind" if blind else "counted in the run"
     return Trip(
         "ring",
         Action.STOP if blind else Action.NOTE,
-        f"{text}: "
-        + (f"longer than {guard.gap_stop_s:g} s, the guards were blind" if blind else "counted in the run"),
+        f"{_lost(block, lost_s)}: {what}",
         block.received_s,
         value=float(block.lost),
         limit=guard.gap_stop_s * guard.rate_Hz,
@@ -235,12 +245,13 @@ def _foreign_switching(
     """Return a trip for a valve that somebody else has switched, seen twice."""
     if not (before.valve_differs and memory.valve_differs):
         return None
-    now, was = ("off", "on") if memory.valve_on else ("on", "off")
+    force = f"(force {status.force_kN:.1f} kN) where this program had it"
+    differs = f"off {force} on" if memory.valve_on else f"on {force} off"
     return Trip(
         "controller",
         Action.EMERGENCY,
-        f"the controller's valve is {now} (force {status.force_kN:.1f} kN) where "
-        f"this program had it {was}: somebody else has switched it, or the controller has by itself",
+        f"the controller's valve is {differs}: somebody else has switched it, "
+        "or the controller has by itself",
         at_s,
         device_fault=True,
     )

@@ -22,10 +22,12 @@ class ErrorCodes:
         known = sorted(set(self.value.tolist()), key=abs, reverse=True)
         named = ", ".join(f"{value:.6g}" for value in known[:3])
         start_s, end_s = float(self.time_s[0]), float(self.time_s[-1])
-        count = self.time_s.size
+        span = f"from {start_s:.6g} to {end_s:.6g} s"
+        held = (
+            f"1 sample {span} holds" if (count := self.time_s.size) == 1 else f"{count} samples {span} hold"
+        )
         text = (
-            f"{self.channel}: {count} sample{'s' * (count > 1)} from {start_s:.6g} to {end_s:.6g} s "
-            f"hold{'s' * (count == 1)} a code ({named}) in the place of a reading: a spike as of an overflow "
+            f"{self.channel}: {held} a code ({named}) in the place of a reading: a spike as of an overflow "
             "or a sensor that was not there; left out as no reading"
         )
         return Finding("spike", self.channel, start_s, end_s, cycles, None, self.unit, text, effect="noted")

@@ -213,9 +213,10 @@ def _scaled(look: RunView, factor: float, expected: float | None) -> Finding:
     name = _wrong_one(factor, expected)
     own, other = ("force", "force_2") if name == "force" else ("force_2", "force")
     size = 1.0 / factor if name == "force" and factor != 0.0 else factor
-    what = f"{own} is {shown(size)} of {other}" if size > 0.0 else f"{own} falls as {other} rises"
-    if size < 0.0 and abs(size + 1.0) > FACTOR:
-        what += f", by {shown(size)}"
+    what = f"{own} is {shown(size)} of {other}"
+    if size <= 0.0:
+        by = f", by {shown(size)}" if size < 0.0 and abs(size + 1.0) > FACTOR else ""
+        what = f"{own} falls as {other} rises{by}"
     which = f"by what the plan expected, {name} is scaled wrong" if name else "one of them is scaled wrong"
     kind = "scale" if size > 0.0 else "sign"
     return _doubt(look, kind, name or "force", size, "", f"{what}: {which}; {_where(name)}")

@@ -301,10 +301,10 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     )
     if proof is not None:
         limits = RowLimits.of(proof.force_min_kN, "none", "kN")
-        why = f"{force:.0f} kN at {reached:.2f} mm{contact}"
+        shows = f"{force:.0f} kN at {reached:.2f} mm{contact}"
         verdict: Verdict = "pass" if limits.meets(least_kN) else "inconclusive"
         text = f"cycle to the proof load {proof.id} (at least {shown(proof.force_min_kN)} kN)"
-        return condition_row(case, "full-stroke", result.cycle.index, text, limits, force, verdict, why)
+        return condition_row(case, "full-stroke", result.cycle.index, text, limits, force, verdict, shows)
     least = _full_stroke_mm(case)
     cap = known(energy.force_cap_kN)
     capped = cap is not None and least_kN >= cap
@@ -313,9 +313,9 @@ def full_stroke(case: Case, result: CycleResult) -> RequirementResult | None:
     why = f"{reached:.2f} mm at {force:.0f} kN{contact}"
     if least is not None and not full:
         why += ": the record stops short of full stroke"
-    parts = ["the full stroke is not known" if least is None else f"at least {least:g} mm"]
-    parts += [] if cap is None else [f"or {cap:g} kN"]
-    text = f"cycle to full stroke ({', '.join(parts)})"
+    goal = "the full stroke is not known" if least is None else f"at least {least:g} mm"
+    capped_at = "" if cap is None else f", or {cap:g} kN"
+    text = f"cycle to full stroke ({goal}{capped_at})"
     drawn = case.drawn.get(result.cycle.index)
     uncertainty = None if drawn is None else 2.0 * float(np.std(drawn["stroke_max_mm"]))
     verdict = "pass" if full else "inconclusive"

@@ -316,8 +316,10 @@ def _scale(
         if fit.later_s:  # nothing measures before it happens
             name = "force_2" if fit.later_s > 0.0 else "force"
         who = "one of both ways to the same force" if "," in name else name
-        text = f"{who} is no multiple of the other way to the same force: a delay or a low pass that is not "
-        text += "stated, or another signal"
+        text = (
+            f"{who} is no multiple of the other way to the same force: a delay or a low pass that is not "
+            "stated, or another signal"
+        )
         return _doubt("disagrees", name, "delay_s and calibration", text, gain, 1.0 + GAIN_OFF, "")
     if gain < 0.0:
         wrong = "force_2" if float(np.mean(first)) > 0.0 else "force"
@@ -325,8 +327,8 @@ def _scale(
         return _doubt("sign", wrong, "calibration", text, gain, None, "")
     ratio = 1.0 / gain if name == "force" else gain
     look = likeness(ratio)
-    who = name if "," not in name else "force_2"
-    text = f"{who} reads {ratio:.3f} times the other way to the same force" + (f", {look}" if look else "")
+    reader = name if "," not in name else "force_2"
+    text = f"{reader} reads {ratio:.3f} times the other way to the same force" + (f", {look}" if look else "")
     return _doubt("scale", name, "calibration", text, ratio, 1.0 + GAIN_OFF, "")
 
 

@@ -252,8 +252,8 @@ class WireJudge:
         slope = self._lately(scene, contact, name)
         if (late_s := self._late.explains(scene, contact, name)) is not None:
             return late_wires(sensor, late_s)
-        kind, how = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
-        return _scaled_doubt(kind, sensor, shown + how, off[name], CLOSE_MM, together=together)
+        kind, fault = _kind(went_mm / expected_mm, slope, right_before=self._fine_mm.get(name, 0.0) > FINE_MM)
+        return _scaled_doubt(kind, sensor, f"{shown}{fault}", off[name], CLOSE_MM, together=together)
 
     def _may_come(
         self,

@@ -84,7 +84,7 @@ def _doubt(leap_mm: float, from_mm: float, scale: float | None) -> SignalDoubt:
     kind: Kind = "slipped"
     how = "it has slipped"
     if times is not None and scale is None:
-        how += f", or its scale has changed to {times:.2f} times what it was"
+        how = f"it has slipped, or its scale has changed to {times:.2f} times what it was"
     elif times is not None and scale is not None and abs(scale - times) < NEARER * abs(times - 1.0):
         kind, how = "scale", f"its scale has changed to {times:.2f} times what it was"
     setting = channel_setting("position", "calibration")

@@ -247,11 +247,11 @@ class HeatJudge:
             for one, twin in self._sensors.items()
             if one != name and one in guard.specimen and (first_C := twin.first_C) is not None
         ]
+        beside = "".join(f", {one}" for one in twins)
         text = (
             f"{name} on the specimen shows {sensor.first_C:.1f} °C at the start, {other} in the air "
-            f"{shown[other]:.1f} °C" + "".join(f", {one}" for one in twins) + ": right if the specimen came "
-            f"from a colder place; else {name} reads too low, and the temperature stop comes "
-            f"{colder_K:.0f} K too late"
+            f"{shown[other]:.1f} °C{beside}: right if the specimen came from a colder place; "
+            f"else {name} reads too low, and the temperature stop comes {colder_K:.0f} K too late"
         )
         doubt = _doubt("cold", name, text, -colder_K, -COLDER_K)
         return replace(doubt, setting=f"[[temperature.sensor]] name = “{name}”, calibration", asks=True)
