@@ -50,16 +50,38 @@ def long_table(rows: int, note: str = "", why: str = "") -> Table:
     return Table("A table", (Column("Name"), Column("Number")), (*cells, last), note=note)
 
 
-def test_a_long_name_stays_in_its_column(report: Made) -> None:
+@pytest.mark.parametrize("others", [3, 4])
+def test_a_long_name_stays_in_its_column(report: Made, others: int) -> None:
     words = "constant amplitude of twenty millimetres at forty millimetres per second"
-    row = (Cell("1", "number"), Cell(RUN_ID, "code"), *(Cell(words) for _ in range(3)))
-    columns = (Column("Run"), Column("Run id"), *(Column(name) for name in ("Step", "Reason", "Event")))
+    row = (Cell("1", "number"), Cell(RUN_ID, "code"), *(Cell(words) for _ in range(others)))
+    names = ("Step", "Reason", "Event", "Note")[:others]
+    columns = (Column("Run"), Column("Run id"), *(Column(name) for name in names))
     table = Table("Runs", columns, (row,))
     pdf = render_pdf(only(report.content, Section("a", "Runs", (table,))), [])
     next_column = min(left for left, *_ in boxes(pdf, "Step"))
     found = list(boxes(pdf, RUN_ID))
     assert len(found) == len(RUN_ID), "its text is copied whole, without a letter in between"
     assert max(right for _, _, right, _ in found) < next_column
+    lines = [0] + [n for n in range(1, len(found)) if found[n][1] < found[n - 1][1] - 4.0]
+    assert len(lines) > 1
+    pieces = [RUN_ID[begin:end] for begin, end in zip(lines, [*lines[1:], None], strict=True)]
+    assert all(piece.startswith("-") for piece in pieces[1:]), f"a number is not torn apart: {pieces}"
+
+
+@pytest.mark.parametrize("before", range(30, 40, 2))
+def test_neither_first_nor_last_of_several_sentences_or_facts_stands_alone(report: Made, before: int) -> None:
+    sentences = tuple(f"Sentence {n} of five." for n in range(1, 6))
+    facts = tuple((f"Name {n}", Cell(f"fact {n}")) for n in range(1, 6))
+    first = Section("a", "First", (long_table(before),))
+    for words, block in (
+        ("Sentence {} of five.", Texts(sentences)),
+        ("Sentence {} of five.", Texts(sentences, listed=True)),
+        ("fact {}", Sheet("Facts", facts)),
+    ):
+        pages = texts_of(render_pdf(only(report.content, first, Section("b", "Second", (block,))), []))
+        on = [next(n for n, page in enumerate(pages) if words.format(k) in page) for k in range(1, 6)]
+        assert on[0] == on[1]
+        assert on[3] == on[4]
 
 
 @pytest.mark.parametrize("rows", range(42, 45))
@@ -111,7 +133,7 @@ def lasting(report: Made, rows: int) -> list[str]:
 
 def test_the_last_page_holds_more_than_a_sentence(report: Made) -> None:
     lengths = set()
-    for rows in range(44, 52):
+    for rows in range(28, 44, 2):
         *_, last = pages = lasting(report, rows)
         lengths.add(len(pages))
         assert "Recorded with" in last

@@ -81,18 +81,22 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
 
 
 def _warned(series: Sequence[tuple[Mapping[str, Any], TrendSeries]]) -> list[str]:
-    """Return the warnings of the series, each with those that it is of where it is not of all."""
+    """Return the warnings of the series, each once, with those that it is of where it is not of all."""
     labels: dict[str, list[str]] = {}
     for trend, one in series:
-        for warning in dict.fromkeys(map(str, trend.get("warnings") or [])):
+        for warning in dict.fromkeys(str(text).rstrip(".") for text in trend.get("warnings") or []):
             labels.setdefault(warning, []).append(one.label)
+    warnings: dict[tuple[str, ...], list[str]] = {}
+    for warning, of in labels.items():
+        warnings.setdefault(tuple(of), []).append(warning)
     return [
-        _sentence(
-            capital(warning.rstrip("."))
+        _sentence(text)
+        for of, told in warnings.items()
+        for text in (
+            map(capital, told)
             if len(of) == len(series)
-            else said("{named}: {text}", named=joined(", ", of), text=warning.rstrip("."))
+            else [said("{named} – {text}", named=joined(", ", of), text="; ".join(told))]
         )
-        for warning, of in labels.items()
     ]
 
 
