@@ -202,7 +202,7 @@ def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Sect
     if without:
         items.append(
             said(
-                "Nothing is required of {runs}: what was measured states characteristics, and no conformity.",
+                "No requirement applies to {runs}: characterisation only, without a statement of conformity.",
                 runs=runs_text(without),
             )
         )
