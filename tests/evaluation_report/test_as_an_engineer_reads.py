@@ -33,7 +33,7 @@ def test_a_hash_in_the_name_of_the_controller_is_shortened(report: Made) -> None
         sheet = stand_sheet(with_metadata(report.source, stand=stand | {"identity": identity}))
         assert isinstance(sheet, Sheet)
         (text,) = [cell.text for name, cell in sheet.facts if name == "Controller"]
-        assert text.endswith(f"{PROFILE}, SHA-256 3e51eb16c711…")
+        assert text.endswith(f"{PROFILE}, SHA-256\u00a03e51eb16c711…")
 
 
 def test_the_force_comes_first_among_the_calibrations(report: Made) -> None:

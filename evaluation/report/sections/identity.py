@@ -324,7 +324,7 @@ def _identity(source: ReportSource) -> Cell:
 
 def _short_hash(text: str) -> str:
     """Return a text with the begin of a hash in it: the whole one is in the run file, and so in its hash."""
-    return _HASH.sub(r", SHA-256 \1…", text)
+    return _HASH.sub(", SHA-256\u00a0\\1…", text)
 
 
 def calibrations(source: ReportSource) -> Section:
