@@ -155,3 +155,13 @@ def test_a_drawing_that_needs_more_than_itself_is_refused(tmp_path: Path, text: 
     with pytest.raises(BadInput, match=re.escape(said)) as refused:
         read_image(str(file), "mark", "Mark")
     assert (refused.value.file, refused.value.place) == (str(file), "mark")
+
+
+def test_a_photo_in_the_colours_of_print_is_refused_and_a_grey_one_taken(tmp_path: Path) -> None:
+    """The typesetter would refuse it as a PDF/A error of the laboratory's own template."""
+    file = tmp_path / "photo.jpg"
+    Pixels.new("CMYK", (30, 40), (0, 0, 0, 80)).save(file)
+    with pytest.raises(BadInput, match=r"\(CMYK\).*save it in RGB"):
+        read_image(str(file), "specimen_photo", "Photo")
+    Pixels.new("L", (30, 40), 80).save(file)
+    assert read_image(str(file), "specimen_photo", "Photo") is not None

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pypdfium2
@@ -17,6 +18,7 @@ from bufferstand.evaluation.report.content.content import Cell, Column, Content,
 from bufferstand.evaluation.report.rendering.html import kept
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.evaluation.report.sections.comparison import _temperature_cell
+from bufferstand.evaluation.report.source.own_text import read_own_text
 from bufferstand.evaluation.wording import ENGLISH
 from tests.evaluation_report.conftest import Made
 
@@ -158,3 +160,32 @@ def test_steps_have_whole_numbers_at_their_axis() -> None:
     one = ChangeSeries("W", np.array([1.0, 2.0]), np.array([1.0, 2.0]), np.array([0.1, 0.1]))
     axes = _figure(changes_plot([one], 3), ENGLISH).axes[0]
     assert all(float(tick).is_integer() for tick in axes.get_xticks())
+
+
+LONG = "Grundstücksverkehrsgenehmigungszuständigkeitsübertragungsverordnung"
+
+
+def lines_of(pdf: bytes, words: str) -> list[str]:
+    """Return the lines that a word is set in."""
+    found = list(boxes(pdf, words))
+    starts = [n for n in range(len(found)) if n == 0 or found[n][1] < found[n - 1][1] - 4.0]
+    return [words[begin:end] for begin, end in zip(starts, [*starts[1:], None], strict=True)]
+
+
+def test_a_word_longer_than_its_column_is_broken_and_does_not_run_into_the_next(
+    report: Made, tmp_path: Path
+) -> None:
+    file = tmp_path / "own.md"
+    file.write_text(
+        f"| A | B | C | D |\n|---|---|---|---|\n| {LONG} | b | {LONG[::-1]} | zuletzt |\n", "utf-8"
+    )
+    own = Section("own", "Own", (read_own_text(str(file)).prose,))
+    row = (Cell(LONG), Cell("in between"), Cell("constant amplitude of twenty millimetres"), Cell("end"))
+    row = (*row, Cell("another reason of so many words that it takes room"))
+    table = Table("T", tuple(Column(name) for name in ("Name", "Between", "Step", "End", "Reason")), (row,))
+    for section, beside in ((own, "zuletzt"), (Section("a", "First", (table,)), "in between")):
+        pdf = render_pdf(only(report.content, section), [])
+        assert len(lines_of(pdf, LONG)) > 1
+        right = max(box[2] for box in boxes(pdf, LONG))
+        left = min(box[0] for box in boxes(pdf, "".join(beside.split())))
+        assert right < left

@@ -37,7 +37,7 @@ def read_image(path: str, key: str, alt: str) -> Image | None:
     Raises
     ------
     BadInput
-        If it cannot be read, is none of these, is damaged, is larger than 5 MB, or is a drawing (SVG) that
+        If it cannot be read, is none of these, is damaged, larger than 5 MB or in CMYK, or is a drawing that
         HTML and PDF would not show alike.
     """
     if not path:
@@ -68,9 +68,16 @@ def read_image(path: str, key: str, alt: str) -> Image | None:
             "the picture is neither PNG, JPEG nor SVG", file=file, place=key, remedy="save it as one of these"
         )
     try:
-        imread(io.BytesIO(data), format=kind)
+        pixels = imread(io.BytesIO(data), format=kind)
     except Exception as error:  # noqa: BLE001 - each decoder has exceptions of its own
         raise BadInput(
             f"the picture is damaged: {error}", file=file, place=key, remedy="save it anew"
         ) from None
+    if kind == "jpg" and pixels.shape[2:] == (4,):
+        raise BadInput(
+            "the picture is in the colours of print (CMYK), which PDF/A does not take without their profile",
+            file=file,
+            place=key,
+            remedy="save it in RGB",
+        )
     return Image(alt, kind, data)
