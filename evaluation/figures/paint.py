@@ -88,8 +88,8 @@ def _figure(plot: Plot, language: Language) -> Figure:
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_formatter(_Ticks(language))
     figure.align_ylabels()
-    handles = list(by_label.values())
-    columns = legend_columns([len(label) for label in by_label])
+    labels, columns = _legend(plot, list(by_label))
+    handles = [by_label[label] for label in labels]
     rows = -(-len(handles) // columns)
     height_mm = sum(heights) + _LEGEND_ROW_MM * rows
     figure.set_size_inches(style.WIDTH_MM * style.MM, height_mm * style.MM)
@@ -140,6 +140,20 @@ def _rounded(vertex: re.Match[str]) -> str:
     return f"{vertex[1]} {round(float(vertex[2]), 2):g} {round(float(vertex[3]), 2):g} "
 
 
+def _legend(plot: Plot, labels: list[str]) -> tuple[list[str], int]:
+    """Return the entries of a legend in their order, and in how many columns: points beside their line."""
+    points, fits = [one.label for one in plot.points], [one.label for one in plot.fits]
+    paired = len(points) == len(fits) > 1 and sorted(labels) == sorted([*points, *fits])
+    if paired and _widths_mm([len(one) for one in (*points, *fits)], 2) <= style.WIDTH_MM:
+        return [*points, *fits], 2
+    return labels, legend_columns([len(label) for label in labels])
+
+
+def _widths_mm(lengths: Sequence[int], columns: int) -> float:
+    letters = sum(max(column) for column in _filled(lengths, columns))
+    return letters * _LEGEND_LETTER_MM + columns * _HANDLE_MM
+
+
 def legend_columns(lengths: Sequence[int]) -> int:
     """Return in how many columns the entries of a legend stand, by the letters of each.
 
@@ -148,9 +162,7 @@ def legend_columns(lengths: Sequence[int]) -> int:
     """
     count, most = len(lengths), 1
     for columns in range(2, min(_MOST_COLUMNS, count) + 1):
-        if sum(max(column) for column in _filled(lengths, columns)) * _LEGEND_LETTER_MM <= (
-            style.WIDTH_MM - columns * _HANDLE_MM
-        ):
+        if _widths_mm(lengths, columns) <= style.WIDTH_MM:
             most = columns
     rows = -(-count // most) if count else 1
     columns = -(-count // rows) if count else 1

@@ -113,6 +113,10 @@ def publish(
     report_fields = (
         read_fields(folder / REPORT_FIELDS) if (folder / REPORT_FIELDS).exists() else ReportFields()
     )
+    if report_fields.number_register:
+        # A copy for others is no further report of the laboratory: it takes no number of its range.
+        report_fields = report_fields.model_copy(update={"number": "", "number_register": ""})
+        remarks.append(_NO_NUMBER)
     with staged(out, _name_of(files)) as crate:
         withheld, runs = _copied(folder, files, crate, as_recorded=as_recorded)
         evaluated = _evaluated(crate, runs, judging)
@@ -128,6 +132,11 @@ def publish(
         )
         write_crate(crate, publication, runs, crate / EVALUATION_NAME, report, software().version)
     return Published(len(runs), withheld, _names(runs), (*_wishes(publication), *remarks))
+
+
+_NO_NUMBER = (
+    "the report in the crate has no number of the range: it is of copies, and not the one that was issued"
+)
 
 
 def _whole_runs(folder: Path) -> tuple[list[Path], list[str]]:

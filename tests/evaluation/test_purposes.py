@@ -273,7 +273,8 @@ def test_a_warm_single_stroke_leaves_the_statement_as_it_is(
     statement = html[html.index('id="conformity"') : html.index('<section id="runs"')]
     assert "run 1, the first static run that meets the conditions." in statement
     assert "Characterisation, and no part of this statement: run 2." in statement
-    assert "met, draft" in statement
+    assert "✓ met" in statement
+    assert "Statement (draft)" in statement
     assert "conditions broken" not in statement
     assert "45" not in statement
     with pytest.raises(BadInput, match="no run “nobody” is in this report"):

@@ -15,6 +15,7 @@ import pytest
 
 from bufferstand.evaluation.publication import crate as crate_module
 from bufferstand.evaluation.publication import publish
+from bufferstand.evaluation.report import Given, write_report
 from bufferstand.foundation.errors import BadInput
 from bufferstand.recording.runfile.file import open_run, read_metadata
 from bufferstand.recording.sealing.verification import verify
@@ -245,3 +246,28 @@ def test_the_command_says_what_was_left_out_and_what_is_missing(tmp_path: Path) 
     assert "publication.toml" in bad.stderr
     assert "Traceback" not in bad.stderr
     assert not (tmp_path / "other.zip").exists()
+
+
+def test_a_copy_for_others_takes_no_number_of_the_range(tmp_path: Path) -> None:
+    made = campaign(tmp_path / "campaign", LEAST)
+    given = {
+        **dict.fromkeys(("laboratory", "laboratory_address", "place_of_test", "customer", "method"), "T"),
+        **dict.fromkeys(("customer_address", "checked_by", "authorised_by"), "T"),
+        "number": "PB-{year}-{running:04}",
+        "number_register": "../numbers.csv",
+    }
+    lines = [
+        *(f'{key} = "{value}"' for key, value in given.items()),
+        "received = 2026-02-20",
+        "issued = 2026-03-09",
+    ]
+    (made / "report.toml").write_text("\n".join(lines), encoding="utf-8")
+    write_report(made, tmp_path / "report", formats=("html",), given=Given(options=QUICK.options))
+    register = tmp_path / "numbers.csv"
+    before = register.read_bytes()
+    assert b"PB-2026-0001" in before
+    published = publish(made, tmp_path / "crate", judging=QUICK)
+    assert register.read_bytes() == before
+    assert any("no number of the range" in remark for remark in published.remarks)
+    (html,) = (tmp_path / "crate" / "report").glob("*.html")
+    assert "PB-2026" not in html.read_text(encoding="utf-8")

@@ -11,10 +11,14 @@ from typing import Any
 import numpy as np
 import pypdfium2
 import pytest
+from PIL import Image as Pixels
 
 from bufferstand.evaluation.figures.paint import draw
 from bufferstand.evaluation.report.build import build_content
+from bufferstand.evaluation.report.content.content import Section
 from bufferstand.evaluation.report.rendering.html import render_html
+from bufferstand.evaluation.report.source.given_images import read_image
+from bufferstand.evaluation.report.source.own_text import read_own_text
 from bufferstand.evaluation.report.source.source import ReportSource
 from tests.evaluation_report.conftest import Made
 from tests.evaluation_report.test_checklist import flat
@@ -131,6 +135,33 @@ def test_on_a_phone_the_page_does_not_scroll_sideways(opened: Opened) -> None:
         ".map(e => e.outerHTML.slice(0, 80))"
     )
     assert beyond == []
+
+
+def test_on_a_phone_the_laboratory_s_own_parts_fit(browser: Any, report: Made, tmp_path: Path) -> None:
+    """Two marks left the title a word a line, and a long option in a text made the page wide."""
+    wide, square = tmp_path / "wide.png", tmp_path / "square.png"
+    Pixels.new("RGB", (2400, 400), (200, 0, 0)).save(wide)
+    Pixels.new("RGB", (900, 900), (0, 0, 200)).save(square)
+    text = tmp_path / "own.md"
+    text.write_text(
+        "Run with `demo.toml --an-option-that-is-longer-than-the-screen-of-a-phone-is-wide`.", "utf-8"
+    )
+    own = Section("own", "Own", (read_own_text(str(text)).prose,))
+    content = dataclasses.replace(
+        report.content,
+        mark=read_image(str(wide), "mark", "Mark"),
+        accreditation=read_image(str(square), "accreditation_mark", "Accreditation"),
+        sections=(own,),
+        certificate=(),
+    )
+    file = tmp_path / "own.html"
+    file.write_text(render_html(content, []), encoding="utf-8")
+    for opened in open_in(browser, file, scripts=False):
+        assert opened.page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
+        title = opened.page.locator("h1").evaluate("e => e.getBoundingClientRect()")
+        marks = opened.page.locator(".mark").evaluate_all("all => all.map(m => m.getBoundingClientRect())")
+        assert len(marks) == 2
+        assert all(mark["bottom"] <= title["top"] + 1.0 for mark in marks), "the title has lines of its own"
 
 
 def test_on_a_phone_figures_fit_and_verdicts_show(opened: Opened) -> None:

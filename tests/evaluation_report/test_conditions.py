@@ -72,3 +72,12 @@ def test_the_longest_pause_has_its_unit_in_the_column_of_units(
     ]
     (row,) = [row for row in table.rows if row[0].text == "Longest pause between runs"]
     assert (row[1].text, row[2].text) == shown
+
+
+def test_between_runs_of_two_specimens_there_is_no_pause(report: Made) -> None:
+    first, second = report.source.runs[:2]
+    source = replace(report.source, runs=(first, second))
+    assert "Longest pause between runs" in rows(source)
+    other = second.metadata | {"specimen": second.metadata["specimen"] | {"id": "KX-0816"}}
+    source = replace(report.source, runs=(first, replace(second, metadata=other)))
+    assert "Longest pause between runs" not in rows(source)

@@ -389,7 +389,7 @@ def test_figures_are_those_of_the_paper(report: Made) -> None:
             "Dynamic loops of runs 2–11 over the quasi-static cycle 3 of run 1 (dotted)",
             "constant prestress and amplitude and several frequencies, prestress 20 mm, amplitude 20 mm",
             "constant prestress and several amplitudes, prestress 50 mm",
-            "Damping (absorbed over stored energy) over frequency with linear fits and their 95 %",
+            "Damping (absorbed over stored energy) over frequency with linear fits. Bars",
             "Tangent stiffness of the loading branch at mean stroke over frequency",
             "Temperatures over the campaign, limit 40 °C",
             "Stroke over the campaign",

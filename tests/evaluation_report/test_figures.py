@@ -34,7 +34,7 @@ from bufferstand.evaluation.figures.trends import TrendSeries, trend_plot
 from bufferstand.evaluation.report.content.content import Picture
 from bufferstand.evaluation.report.pictures.trends import _with_u, trend_pictures
 from bufferstand.evaluation.report.source.source import ReportSource
-from bufferstand.evaluation.wording import LANGUAGES, Code, Language, language_of, spoken
+from bufferstand.evaluation.wording import ENGLISH, LANGUAGES, Code, Language, language_of, spoken
 from tests.evaluation_report.conftest import Made
 
 
@@ -344,3 +344,26 @@ def test_the_longest_label_is_broken_where_it_does_not_fit() -> None:
 )
 def test_no_entry_of_a_legend_stands_alone_in_its_row(lengths: tuple[int, ...], columns: int) -> None:
     assert legend_columns(lengths) == columns
+
+
+def test_a_line_stands_beside_its_points_in_the_legend() -> None:
+    f = np.linspace(0.1, 1.0, 4)
+    names = ("20 ± 20 mm", "40 ± 40 mm", "50 mm, several amplitudes")
+    series = [
+        TrendSeries(
+            name, f, 0.2 + 0.01 * n - 0.01 * f, 0.01 * f, -0.01, 0.2 + 0.01 * n, slope=f"−0.0{n + 1} per Hz"
+        )
+        for n, name in enumerate(names)
+    ]
+    (legend,) = _figure(trend_plot(series, "Damping [–]"), ENGLISH).legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert legend._ncols == 2
+    assert texts[:3] == list(names)
+    assert [text.partition(",")[0] for text in texts[3:]] == ["linear fit"] * 3
+    assert texts[3].startswith("linear fit, slope −0.01 per Hz"), "that of the first series"
+    long = [
+        replace(one, label="a name of more letters than a page has room for, as a laboratory gives them")
+        for one in series
+    ]
+    (legend,) = _figure(trend_plot(long, "Damping [–]"), ENGLISH).legends
+    assert legend._ncols == 1

@@ -74,7 +74,7 @@ def test_none_is_no_picture() -> None:
     ("data", "said"),
     [
         (None, "the picture cannot be read: No such file or directory"),
-        (b"<svg/>", "the picture is neither PNG nor JPEG"),
+        (b"GIF89a", "the picture is neither PNG, JPEG nor SVG"),
         (b"\x89PNG\r\n\x1a\n" + b"\0" * 40, "the picture is damaged"),
         (b"\xff\xd8\xff" + b"\0" * 40, "the picture is damaged"),
         (b"\x89PNG\r\n\x1a\n" + b"\0" * 5_000_000, "the picture has 5.0 MB, more than 5 MB"),
@@ -112,3 +112,56 @@ def test_a_wide_mark_leaves_the_title_its_place(
     whole = text.get_text_range()
     first, last = (text.get_charbox(whole.index(word)) for word in ("Test report:", "characteristics"))
     assert first[3] - last[1] < 3 * 14.0, "two lines of 14 points"
+
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg"{size}>{inside}</svg>'
+SIZE = ' viewBox="0 0 300 100"'
+
+
+def test_a_mark_may_be_a_drawing(report: Made, tmp_path: Path) -> None:
+    file = tmp_path / "mark.svg"
+    inside = '<defs><path id="p" d="M0 0H300V100H0Z"/></defs><use href="#p" fill="rgb(200,0,0)"/>'
+    file.write_text(SVG.format(size=SIZE, inside=inside), encoding="utf-8")
+    content = replace(report.content, mark=read_image(str(file), "mark", "Mark of the laboratory"))
+    assert content.report_id != report.content.report_id
+    data = base64.b64encode(file.read_bytes()).decode()
+    assert f'src="data:image/svg+xml;base64,{data}"' in render_html(content, report.figures)
+    first, *_ = pypdfium2.PdfDocument(io.BytesIO(render_pdf(content, report.figures)))
+    assert reds_and_blues(first) == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<svg", "the drawing is not taken: it is no XML"),
+        ('<!DOCTYPE svg SYSTEM "file:///etc/passwd">' + SVG.format(size=SIZE, inside=""), "a document type"),
+        ("<svg/>", "the drawing is no SVG"),
+        (SVG.format(size="", inside=""), "the drawing has no size"),
+        (
+            SVG.format(size=SIZE, inside="<text>A</text>"),
+            "letters that need a font; convert the text to paths",
+        ),
+        (SVG.format(size=SIZE, inside='<image href="x.png"/>'), "a picture in it"),
+        (SVG.format(size=SIZE, inside="<script>1</script>"), "a script"),
+        (SVG.format(size=SIZE, inside='<path onclick="1" d=""/>'), "a script"),
+        (SVG.format(size=SIZE, inside='<use href="https://example.org/x.svg#a"/>'), "from elsewhere"),
+        (SVG.format(size=SIZE, inside="<style>@import url(x.css);</style>"), "from elsewhere"),
+        (SVG.format(size=SIZE, inside='<path fill="url(x.svg#a)" d=""/>'), "from elsewhere"),
+    ],
+)
+def test_a_drawing_that_needs_more_than_itself_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "mark.svg"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(BadInput, match=re.escape(said)) as refused:
+        read_image(str(file), "mark", "Mark")
+    assert (refused.value.file, refused.value.place) == (str(file), "mark")
+
+
+def test_a_photo_in_the_colours_of_print_is_refused_and_a_grey_one_taken(tmp_path: Path) -> None:
+    """The typesetter would refuse it as a PDF/A error of the laboratory's own template."""
+    file = tmp_path / "photo.jpg"
+    Pixels.new("CMYK", (30, 40), (0, 0, 0, 80)).save(file)
+    with pytest.raises(BadInput, match=r"\(CMYK\).*save it in RGB"):
+        read_image(str(file), "specimen_photo", "Photo")
+    Pixels.new("L", (30, 40), 80).save(file)
+    assert read_image(str(file), "specimen_photo", "Photo") is not None

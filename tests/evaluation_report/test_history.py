@@ -65,7 +65,7 @@ def test_a_hold_and_what_stays_of_strokes(source: ReportSource) -> None:
     assert abs(slope + RELAXES_KN) < U < 0.5
     strokes = table(history_section(source), "Residual strokes")
     assert [row["Run"].text for row in strokes].count("1") == 3
-    assert all(abs(value(row["Stays after the stroke ± U"])[0]) < 0.01 for row in strokes)
+    assert all(abs(value(row["Residual stroke ± U"])[0]) < 0.01 for row in strokes)
 
 
 def test_settling_and_energy_of_each_run(source: ReportSource) -> None:

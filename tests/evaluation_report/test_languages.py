@@ -364,8 +364,14 @@ def test_a_warning_of_one_series_alone_is_told_in_the_language() -> None:
         TrendSeries(name, np.zeros(2), np.zeros(2), np.zeros(2)) for name in ("20 ± 20 mm", "40 ± 40 mm")
     )
     (caption,) = _warned([({}, one), ({"warnings": [confounded]}, two)])
-    assert caption == f"40 ± 40 mm: {confounded}."
+    assert caption == f"40 ± 40 mm – {confounded}."
     assert "vermengt: Die Temperatur" in Language("de").say(caption)
     (shared,) = _warned([({"warnings": [confounded]}, one), ({"warnings": [confounded]}, two)])
     assert shared == f"C{confounded[1:]}."
     assert "ermengt: Die Temperatur" in Language("de").say(shared)
+    amplitude = "confounded: amplitude varies from 5 to 30 mm along with frequency"
+    (both,) = _warned([({}, one), ({"warnings": [amplitude, confounded]}, two)])
+    assert both == f"40 ± 40 mm – {amplitude}; {confounded}.", "the series is named once"
+    assert "vermengt: Die Amplitude ändert sich mit der Frequenz von 5 bis 30 mm; " in Language("de").say(
+        both
+    )

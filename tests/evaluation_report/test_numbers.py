@@ -87,6 +87,24 @@ def test_limits_read_as_ranges() -> None:
     assert numbers.limits_text(None, None) == DASH
 
 
+@pytest.mark.parametrize(
+    ("ends", "expanded", "text"),
+    [
+        ((4.95, 4.953), None, "4.950 … 4.953"),
+        ((-0.01, -0.001), None, "−0.010 … −0.001"),
+        ((-0.0124, 0.0), None, "−0.012 … 0.000"),
+        ((2.025, 2.026), None, "2.025 … 2.026"),
+        ((3.0, 3.0), None, "3"),
+        ((94.2177, 94.58), 0.24, "94.22 … 94.58"),
+        ((18070.0, 18144.0), 130.0, "18070 … 18140"),
+    ],
+)
+def test_both_ends_of_a_range_have_the_same_decimals(
+    ends: tuple[float, float], expanded: float | None, text: str
+) -> None:
+    assert numbers.span_text(*ends, expanded) == text
+
+
 def test_a_probability_is_never_rounded_to_certainty() -> None:
     assert numbers.probability_text(1.0) == "> 99.9 %"
     assert numbers.probability_text(0.0) == "< 0.1 %"

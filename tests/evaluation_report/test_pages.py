@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pypdfium2
 import pytest
 from pypdfium2.raw import FPDFText_GetFontWeight
@@ -29,6 +30,9 @@ from tests.house.test_recipes import RUNS
 
 MOST_PAGES = {"static": 4, "harmonic": 4, "campaign": 8}
 """Pages before the annex."""
+MOST_EMPTY = 0.33
+"""Share of a page below what it shows; the last one ends where it ends."""
+HEAD_OF_PAGE = re.compile(r"^Report BR-|^Page \d+ of \d+|DRAFT$|^\s*$")
 LEAST_CLAUSE = 40
 """Letters that state something by themselves."""
 PATHS = {
@@ -48,8 +52,23 @@ class Printed:
         return [page.get_textpage().get_text_range() for page in pypdfium2.PdfDocument(io.BytesIO(self.pdf))]
 
     def body(self) -> list[str]:
+        """Return the pages before the annex; that on which it begins counts where something stands above."""
         texts, annex = self.texts(), re.compile(r"^Annex\r?$", re.MULTILINE)
-        return texts[: next(number for number, text in enumerate(texts) if annex.search(text))]
+        number, begin = next(
+            (n, found.start()) for n, text in enumerate(texts) if (found := annex.search(text))
+        )
+        above = [line for line in texts[number][:begin].splitlines() if not HEAD_OF_PAGE.search(line)]
+        return texts[: number + bool(above)]
+
+    def empty(self) -> list[float]:
+        """Return which share of each page is empty below what it shows."""
+        shares = []
+        for page in pypdfium2.PdfDocument(io.BytesIO(self.pdf)):
+            grey = np.asarray(page.render(scale=0.5).to_pil().convert("L"))
+            top, bottom = (round(grey.shape[0] * at / 297.0) for at in (24.0, 297.0 - 20.0))
+            inked = np.flatnonzero((grey[top:bottom] < 200).any(axis=1))
+            shares.append(1.0 - (inked.max() + 1) / (bottom - top))
+        return shares
 
 
 def made(name: str, fields: ReportFields | None = None, path: Path | None = None) -> Printed:
@@ -86,6 +105,10 @@ def printed(request: pytest.FixtureRequest) -> Printed:
 
 def test_no_more_pages_than_someone_reads(printed: Printed) -> None:
     assert len(printed.body()) <= MOST_PAGES[printed.name]
+
+
+def test_no_page_is_half_empty(printed: Printed) -> None:
+    assert max(printed.empty()[:-1]) < MOST_EMPTY
 
 
 def test_the_certificate_is_the_first_page_with_its_signatures(printed: Printed) -> None:

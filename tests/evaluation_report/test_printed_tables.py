@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pypdfium2
@@ -17,6 +18,7 @@ from bufferstand.evaluation.report.content.content import Cell, Column, Content,
 from bufferstand.evaluation.report.rendering.html import kept
 from bufferstand.evaluation.report.rendering.pdf import render_pdf
 from bufferstand.evaluation.report.sections.comparison import _temperature_cell
+from bufferstand.evaluation.report.source.own_text import read_own_text
 from bufferstand.evaluation.wording import ENGLISH
 from tests.evaluation_report.conftest import Made
 
@@ -50,16 +52,38 @@ def long_table(rows: int, note: str = "", why: str = "") -> Table:
     return Table("A table", (Column("Name"), Column("Number")), (*cells, last), note=note)
 
 
-def test_a_long_name_stays_in_its_column(report: Made) -> None:
+@pytest.mark.parametrize("others", [3, 4])
+def test_a_long_name_stays_in_its_column(report: Made, others: int) -> None:
     words = "constant amplitude of twenty millimetres at forty millimetres per second"
-    row = (Cell("1", "number"), Cell(RUN_ID, "code"), *(Cell(words) for _ in range(3)))
-    columns = (Column("Run"), Column("Run id"), *(Column(name) for name in ("Step", "Reason", "Event")))
+    row = (Cell("1", "number"), Cell(RUN_ID, "code"), *(Cell(words) for _ in range(others)))
+    names = ("Step", "Reason", "Event", "Note")[:others]
+    columns = (Column("Run"), Column("Run id"), *(Column(name) for name in names))
     table = Table("Runs", columns, (row,))
     pdf = render_pdf(only(report.content, Section("a", "Runs", (table,))), [])
     next_column = min(left for left, *_ in boxes(pdf, "Step"))
     found = list(boxes(pdf, RUN_ID))
     assert len(found) == len(RUN_ID), "its text is copied whole, without a letter in between"
     assert max(right for _, _, right, _ in found) < next_column
+    lines = [0] + [n for n in range(1, len(found)) if found[n][1] < found[n - 1][1] - 4.0]
+    assert len(lines) > 1
+    pieces = [RUN_ID[begin:end] for begin, end in zip(lines, [*lines[1:], None], strict=True)]
+    assert all(piece.startswith("-") for piece in pieces[1:]), f"a number is not torn apart: {pieces}"
+
+
+@pytest.mark.parametrize("before", range(30, 40, 2))
+def test_neither_first_nor_last_of_several_sentences_or_facts_stands_alone(report: Made, before: int) -> None:
+    sentences = tuple(f"Sentence {n} of five." for n in range(1, 6))
+    facts = tuple((f"Name {n}", Cell(f"fact {n}")) for n in range(1, 6))
+    first = Section("a", "First", (long_table(before),))
+    for words, block in (
+        ("Sentence {} of five.", Texts(sentences)),
+        ("Sentence {} of five.", Texts(sentences, listed=True)),
+        ("fact {}", Sheet("Facts", facts)),
+    ):
+        pages = texts_of(render_pdf(only(report.content, first, Section("b", "Second", (block,))), []))
+        on = [next(n for n, page in enumerate(pages) if words.format(k) in page) for k in range(1, 6)]
+        assert on[0] == on[1]
+        assert on[3] == on[4]
 
 
 @pytest.mark.parametrize("rows", range(42, 45))
@@ -111,7 +135,7 @@ def lasting(report: Made, rows: int) -> list[str]:
 
 def test_the_last_page_holds_more_than_a_sentence(report: Made) -> None:
     lengths = set()
-    for rows in range(44, 52):
+    for rows in range(28, 44, 2):
         *_, last = pages = lasting(report, rows)
         lengths.add(len(pages))
         assert "Recorded with" in last
@@ -136,3 +160,32 @@ def test_steps_have_whole_numbers_at_their_axis() -> None:
     one = ChangeSeries("W", np.array([1.0, 2.0]), np.array([1.0, 2.0]), np.array([0.1, 0.1]))
     axes = _figure(changes_plot([one], 3), ENGLISH).axes[0]
     assert all(float(tick).is_integer() for tick in axes.get_xticks())
+
+
+LONG = "Grundstücksverkehrsgenehmigungszuständigkeitsübertragungsverordnung"
+
+
+def lines_of(pdf: bytes, words: str) -> list[str]:
+    """Return the lines that a word is set in."""
+    found = list(boxes(pdf, words))
+    starts = [n for n in range(len(found)) if n == 0 or found[n][1] < found[n - 1][1] - 4.0]
+    return [words[begin:end] for begin, end in zip(starts, [*starts[1:], None], strict=True)]
+
+
+def test_a_word_longer_than_its_column_is_broken_and_does_not_run_into_the_next(
+    report: Made, tmp_path: Path
+) -> None:
+    file = tmp_path / "own.md"
+    file.write_text(
+        f"| A | B | C | D |\n|---|---|---|---|\n| {LONG} | b | {LONG[::-1]} | zuletzt |\n", "utf-8"
+    )
+    own = Section("own", "Own", (read_own_text(str(file)).prose,))
+    row = (Cell(LONG), Cell("in between"), Cell("constant amplitude of twenty millimetres"), Cell("end"))
+    row = (*row, Cell("another reason of so many words that it takes room"))
+    table = Table("T", tuple(Column(name) for name in ("Name", "Between", "Step", "End", "Reason")), (row,))
+    for section, beside in ((own, "zuletzt"), (Section("a", "First", (table,)), "in between")):
+        pdf = render_pdf(only(report.content, section), [])
+        assert len(lines_of(pdf, LONG)) > 1
+        right = max(box[2] for box in boxes(pdf, LONG))
+        left = min(box[0] for box in boxes(pdf, "".join(beside.split())))
+        assert right < left

@@ -76,9 +76,15 @@ def decimals_of(expanded: float, digits: int = 2) -> int:
 
 
 def span_text(low: float, high: float, expanded: float | None) -> str:
-    """Return ``low … high``, or one of them where both print alike; to the place of U where it is known."""
-    texts = dict.fromkeys(value_text(end, expanded).partition(" ±")[0] for end in (low, high))
-    return numeral(" … ".join(texts))
+    """Return ``low … high``, or one of them where both print alike; to the place of U where it is known.
+
+    Both have the same decimals.
+    """
+    texts = [value_text(end, expanded).partition(" ±")[0] for end in (low, high)]
+    decimals = [len(text.partition(".")[2]) for text in texts]
+    if decimals[0] != decimals[1]:
+        texts = [fixed(end, max(decimals)) for end in (low, high)]
+    return numeral(" … ".join(dict.fromkeys(texts)))
 
 
 def usable(value: object) -> float | None:

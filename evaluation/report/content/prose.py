@@ -29,7 +29,7 @@ class Image:
     """A picture as it was given: the laboratory's mark, a photo of the specimen, one of an appendix."""
 
     alt: str
-    suffix: Literal["png", "jpg"]
+    suffix: Literal["png", "jpg", "svg"]
     data: bytes = field(repr=False)
 
     @property

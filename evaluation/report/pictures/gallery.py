@@ -161,7 +161,7 @@ def _source_of_windows(run: ReportRun) -> str:
     """Return standard and clause, or the source, that the force windows are from."""
     sources = dict.fromkeys(
         joined(", ", (str(part) for part in (r["standard"], r.get("clause") or r.get("source")) if part))
-        for r in run.requirements
+        for r in run.stated
         if usable(r.get("stroke_mm")) is not None
     )
     return joined("; ", sources)
@@ -170,10 +170,11 @@ def _source_of_windows(run: ReportRun) -> str:
 def _windows(run: ReportRun) -> list[Window]:
     """Return the permitted force ranges with what was measured in all cycles, and the gravest verdict.
 
-    A window that the limit set leaves open to one side is tabled and not drawn.
+    A window that the limit set leaves open to one side is tabled and not drawn; a run that only characterises
+    has none.
     """
     by_id: dict[tuple[float, str], list[Mapping[str, Any]]] = {}
-    for requirement in run.requirements:
+    for requirement in run.stated:
         if (stroke_mm := usable(requirement.get("stroke_mm"))) is not None:
             by_id.setdefault((stroke_mm, str(requirement["id"])), []).append(requirement)
     windows = []

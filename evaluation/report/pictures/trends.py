@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -24,6 +25,7 @@ from bufferstand.evaluation.report.content import (
 from bufferstand.evaluation.report.source import ReportSource
 from bufferstand.evaluation.wording import capital, joined, label, said
 
+_HYPHEN_MINUS = re.compile(r"(?<= )-(?=\d)")
 CONFOUNDED = "confounded:"
 """The evaluation's warnings of a trend begin so, where something varies along with the frequency."""
 _NO_BAND = said(
@@ -81,19 +83,28 @@ def trend_pictures(source: ReportSource) -> list[Picture]:
 
 
 def _warned(series: Sequence[tuple[Mapping[str, Any], TrendSeries]]) -> list[str]:
-    """Return the warnings of the series, each with those that it is of where it is not of all."""
+    """Return the warnings of the series, each once, with those that it is of where it is not of all."""
     labels: dict[str, list[str]] = {}
     for trend, one in series:
-        for warning in dict.fromkeys(map(str, trend.get("warnings") or [])):
+        for warning in dict.fromkeys(_printed(str(text)) for text in trend.get("warnings") or []):
             labels.setdefault(warning, []).append(one.label)
+    warnings: dict[tuple[str, ...], list[str]] = {}
+    for warning, of in labels.items():
+        warnings.setdefault(tuple(of), []).append(warning)
     return [
-        _sentence(
-            capital(warning.rstrip("."))
+        _sentence(text)
+        for of, told in warnings.items()
+        for text in (
+            map(capital, told)
             if len(of) == len(series)
-            else said("{named}: {text}", named=joined(", ", of), text=warning.rstrip("."))
+            else [said("{named} – {text}", named=joined(", ", of), text="; ".join(told))]
         )
-        for warning, of in labels.items()
     ]
+
+
+def _printed(warning: str) -> str:
+    """Return a warning as it is printed: with a true minus sign, without its full stop."""
+    return _HYPHEN_MINUS.sub("−", warning.rstrip("."))
 
 
 def _sentence(text: str) -> str:

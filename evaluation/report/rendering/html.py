@@ -58,7 +58,7 @@ def render_html(content: Content, figures: Sequence[str]) -> str:
     environment.filters["kept"] = kept
     environment.filters["filled"] = filled
     images = ["data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode() for svg in figures]
-    types = {"png": "image/png", "jpg": "image/jpeg"}
+    types = {"png": "image/png", "jpg": "image/jpeg", "svg": "image/svg+xml"}
     given = {
         name: f"data:{types[image.suffix]};base64," + base64.b64encode(image.data).decode()
         for name, image in content.given().items()

@@ -95,7 +95,7 @@ def _overview(runs: Sequence[ReportRun]) -> Table:
     for name in names:
         columns += [
             Column(said("u({symbols})", symbols=_SYMBOLS[name]), "%"),
-            Column(said("of u({symbols}) most", symbols=_SYMBOLS[name])),
+            Column(said("u({symbols}) mainly from", symbols=_SYMBOLS[name])),
         ]
     rows = []
     for run in runs:

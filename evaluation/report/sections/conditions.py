@@ -124,7 +124,12 @@ def _speeds(cycle: Mapping[str, Any]) -> list[float]:
 
 def _between_runs(source: ReportSource) -> _Row:
     words = said("Longest pause between runs")
-    pairs = zip(source.runs, source.runs[1:], strict=False)
+    # Between runs of two specimens there is no pause of either.
+    pairs = [
+        (one, two)
+        for one, two in zip(source.runs, source.runs[1:], strict=False)
+        if one.fact("specimen", "id") == two.fact("specimen", "id")
+    ]
     pauses = [pause for one, two in pairs if (pause := _pause_s(one, two)) is not None]
     # Runs of a stand that is simulated faster than real time overlap on the clock on the wall.
     if not pauses or (longest := max(pauses)) < 0.0:

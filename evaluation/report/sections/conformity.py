@@ -112,6 +112,7 @@ def conformity_section(source: ReportSource) -> Section | None:
 
 
 def _table(words: str, stated: Sequence[_Stated]) -> Table:
+    drafts = [is_draft(one.requirement) for one in stated]
     return Table(
         said("Conformity: {words}", words=words),
         (
@@ -123,17 +124,19 @@ def _table(words: str, stated: Sequence[_Stated]) -> Table:
             Column(said("Measured ± U")),
             Column(said("Conf. prob.")),
             Column(said("Runs (cycles)")),
-            Column(said("Statement")),
+            Column(said("Statement (draft)") if all(drafts) else said("Statement")),
         ),
-        tuple(_row(one) for one in stated),
+        tuple(
+            _row(one, said(", draft") if is_one and not all(drafts) else "")
+            for one, is_one in zip(stated, drafts, strict=True)
+        ),
     )
 
 
-def _row(one: _Stated) -> tuple[Cell, ...]:
+def _row(one: _Stated, draft: str) -> tuple[Cell, ...]:
     requirement, nearest = one.requirement, one.nearest()
     unit = str(requirement.get("unit") or "")
     text, tone = _STATEMENTS[worst([str(row["verdict"]) for row in one.judged])]
-    draft = said(", draft") if is_draft(requirement) else ""
     probability = usable(nearest.get("conformance_probability"))
     return (
         Cell(name_of(requirement)),
@@ -199,7 +202,7 @@ def not_tested_section(source: ReportSource, *, first_page: bool = True) -> Sect
     if without:
         items.append(
             said(
-                "Nothing is required of {runs}: what was measured states characteristics, and no conformity.",
+                "No requirement applies to {runs}: characterisation only, without a statement of conformity.",
                 runs=runs_text(without),
             )
         )

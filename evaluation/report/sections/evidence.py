@@ -26,10 +26,10 @@ from bufferstand.evaluation.wording import label, numeral, said
 
 _EXPLANATION = said(
     "A force that is recorded late or early against the stroke changes the area of the loop: the "
-    "first columns say what 1 ms more of delay_s at the force would change. Draw wires: the "
-    "largest difference of the two, the part of it that is no straight line over the stroke "
-    "(tilt), and what they permit. Inertia: force of the mass between load cell and specimen, "
-    "added to the measured one."
+    "first columns say by how much 1 ms more delay of the force would change it. Draw wires: the "
+    "largest difference between the two, the part of it that is not linear in the stroke (tilt), and the "
+    "difference that their stated accuracy permits. Inertia: the force of the mass between load cell and "
+    "specimen, which is added to the measured one."
 )
 _NO_SKEW = said("no cycle that could be shifted")
 _NO_SHARE = said("the result itself is missing or less than the change")

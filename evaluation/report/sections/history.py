@@ -190,13 +190,13 @@ _RESIDUAL = (
     (
         Column(said("Run")),
         Column(said("Cycle")),
-        Column(said("Stays after the stroke ± U"), "mm"),
+        Column(said("Residual stroke ± U"), "mm"),
         Column(said("Pause"), "s"),
-        Column(said("Taken back in it"), "mm"),
+        Column(said("Recovered in the pause"), "mm"),
     ),
 )
 _RESIDUAL_NOTE = said(
-    "What stays of a stroke that ends in a pause; U without the errors that both its ends share."
+    "What remains of a stroke when its pause begins; U without the errors that both ends share."
 )
 _COURSE = (
     said("Settling and cumulated energy"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from datetime import date
 
@@ -31,6 +32,7 @@ from bufferstand.foundation import NO_TEMPERATURE_STOP
 
 _NOT_USED = said("not used (simulated)")
 """Instead of whether a calibration was valid on the day: it is the stand file's, and nobody used it."""
+_HASH = re.compile(r" sha256 ([0-9a-f]{12})[0-9a-f]{52}\b")
 _IDENTITY = ("device", "serial", "firmware", "profile")
 _TO_BE_GIVEN = said("not given: add it to report.toml beside the runs")
 _SIMULATED = said(" (simulated)")
@@ -309,15 +311,20 @@ def _identity(source: ReportSource) -> Cell:
             text = joined(
                 ", ",
                 (
-                    said("{key} {identity}", key=key, identity=identity[key])
+                    said("{key} {identity}", key=key, identity=_short_hash(str(identity[key])))
                     for key in _IDENTITY
                     if identity.get(key)
                 ),
             )
             found[text + (_SIMULATED if run.simulated else "")] = None
         elif identity:
-            found[str(identity)] = None
+            found[_short_hash(str(identity))] = None
     return given(joined("; ", found), NOT_RECORDED)
+
+
+def _short_hash(text: str) -> str:
+    """Return a text with the begin of a hash in it: the whole one is in the run file, and so in its hash."""
+    return _HASH.sub(", SHA-256\u00a0\\1…", text)
 
 
 def calibrations(source: ReportSource) -> Section:
@@ -345,10 +352,17 @@ def calibrations(source: ReportSource) -> Section:
             Column(said("Accuracy"), "%"),
             Column(said("Runs")),
         ),
-        tuple(_calibration_row(key, numbers) for key, numbers in rows.items()),
+        tuple(_calibration_row(key, rows[key]) for key in sorted(rows, key=_by_channel)),
         note=said("Accuracy is the limit of the relative error that certificate or data sheet states."),
     )
     return Section("calibrations", said("Calibrations"), (table,))
+
+
+def _by_channel(key: tuple[str, ...]) -> tuple[int, str]:
+    """Return the place of a channel: force, stroke, then the others; each by its name."""
+    quantities = ("force", "stroke")
+    place = next((n for n, quantity in enumerate(quantities) if key[0].startswith(quantity)), len(quantities))
+    return place, key[0]
 
 
 def _calibration_key(channel: Mapping[str, object], on: date | None, *, used: bool) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bufferstand.evaluation.facts import expected_turns, held_against
@@ -325,9 +325,17 @@ def warnings_section(source: ReportSource) -> Section | None:
     items = [
         *source.findings,
         *further,
-        *(said("{runs}: {text}", runs=capital(runs_text(n)), text=text) for text, n in of.items()),
+        *(_of_runs(text, numbers) for text, numbers in of.items()),
     ]
     return Section("warnings", said("Warnings"), (Texts(tuple(items), listed=True),)) if items else None
+
+
+def _of_runs(text: str, numbers: Sequence[int]) -> str:
+    """Return a warning with the runs that it is of, as a sentence."""
+    named = capital(runs_text(numbers))
+    if text.endswith("."):
+        return said("{runs}: {text}", runs=named, text=text)
+    return said("{runs}: {text}.", runs=named, text=text)
 
 
 def not_as_required(run: ReportRun) -> list[str]:

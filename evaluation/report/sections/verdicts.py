@@ -78,9 +78,11 @@ def verdict_cell(verdict: object, why: str = _NO_VERDICT) -> Cell:
 
 
 def run_verdict_cell(run: ReportRun) -> Cell:
-    """Return the verdict of a run; in brackets and without colour where no statement rests on it."""
+    """Return the verdict of a run; a dash with the reason where no statement rests on it."""
     cell = verdict_cell(run.evaluated.get("verdict"))
-    return Cell(said("({text})", text=cell.text)) if run.characterises and cell.tone != "missing" else cell
+    if run.characterises and cell.tone != "missing":
+        return Cell(DASH, "missing", said("characterisation: no statement of conformity rests on it"))
+    return cell
 
 
 def worst(verdicts: Sequence[str]) -> str:

@@ -106,14 +106,14 @@ def campaign_clock(runs: Sequence[ReportRun]) -> CampaignClock:
     known = [start for start in starts if start is not None]
     if len(known) < len(runs):
         return CampaignClock(
-            end_to_end, said("Start times are not on record: the runs are drawn one behind the other.")
+            end_to_end, said("Start times are not on record: the runs are drawn one after the other.")
         )
     offsets = tuple((start - known[0]).total_seconds() for start in known)
     pairs = zip(offsets, lengths, offsets[1:], strict=False)
     if any(start + length > following + 1.0 for start, length, following in pairs):
         return CampaignClock(
             end_to_end,
-            said("The stand ran faster than the clock on the wall: the runs are drawn one behind the other."),
+            said("The stand ran faster than the clock on the wall: the runs are drawn one after the other."),
         )
     return CampaignClock(offsets, "")
 

@@ -9,6 +9,7 @@ from typing import Literal
 from matplotlib.image import imread
 
 from bufferstand.evaluation.report.content import Image
+from bufferstand.evaluation.report.source.given_drawings import check_drawing
 from bufferstand.foundation import BadInput
 
 MOST_BYTES = 5_000_000
@@ -22,7 +23,7 @@ def read_image(path: str, key: str, alt: str) -> Image | None:
     Parameters
     ----------
     path : str
-        The file, PNG or JPEG; empty where none is given.
+        The file, PNG, JPEG or SVG; empty where none is given.
     key : str
         Its key in ``report.toml``, for messages.
     alt : str
@@ -36,7 +37,8 @@ def read_image(path: str, key: str, alt: str) -> Image | None:
     Raises
     ------
     BadInput
-        If it cannot be read, is neither PNG nor JPEG, is damaged, or is larger than 5 MB.
+        If it cannot be read, is none of these, is damaged, larger than 5 MB or in CMYK, or is a drawing that
+        HTML and PDF would not show alike.
     """
     if not path:
         return None
@@ -57,15 +59,25 @@ def read_image(path: str, key: str, alt: str) -> Image | None:
             place=key,
             remedy="save it smaller; a side of 1500 pixels is enough",
         )
+    if file.suffix.lower() == ".svg":
+        check_drawing(file, key)
+        return Image(alt, "svg", data)
     kind = next((name for name, begin in _BEGINS.items() if data.startswith(begin)), None)
     if kind is None:
         raise BadInput(
-            "the picture is neither PNG nor JPEG", file=file, place=key, remedy="save it as one of these"
+            "the picture is neither PNG, JPEG nor SVG", file=file, place=key, remedy="save it as one of these"
         )
     try:
-        imread(io.BytesIO(data), format=kind)
+        pixels = imread(io.BytesIO(data), format=kind)
     except Exception as error:  # noqa: BLE001 - each decoder has exceptions of its own
         raise BadInput(
             f"the picture is damaged: {error}", file=file, place=key, remedy="save it anew"
         ) from None
+    if kind == "jpg" and pixels.shape[2:] == (4,):
+        raise BadInput(
+            "the picture is in the colours of print (CMYK), which PDF/A does not take without their profile",
+            file=file,
+            place=key,
+            remedy="save it in RGB",
+        )
     return Image(alt, kind, data)

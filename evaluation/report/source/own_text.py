@@ -43,7 +43,7 @@ def read_own_text(path: str) -> OwnText:
     ----------
     path : str
         The file, UTF-8. A first heading ``# …`` is its title; those below are ``##`` and ``###``. Pictures
-        are PNG or JPEG files, beside it, on a line of their own.
+        are PNG, JPEG or SVG files, beside it, on a line of their own.
 
     Returns
     -------
@@ -161,7 +161,9 @@ class _Reader:
         try:
             image = read_image(str(self.file.parent / named), "", alt)
         except BadInput as error:
-            self._refuse(within, f"{named}: {error.problem}", "name a PNG or JPEG file, relative to the text")
+            self._refuse(
+                within, f"{named}: {error.problem}", "name a PNG, JPEG or SVG file, relative to the text"
+            )
         return ProsePart("picture", caption, image=image)
 
     def _inline(self, node: SyntaxTreeNode, marks: tuple[Mark, ...], link: str) -> Iterator[Words]:
