@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bufferstand.daq.monitor.past.answers import MOST_POINTS
 from bufferstand.daq.monitor.past.buckets import held
-from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, MOST_POINTS, History
+from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, History
 from bufferstand.daq.monitor.past.recorded import BETWEEN_S, history_of
 from bufferstand.daq.monitor.past.run_spans import RunSpans
 from bufferstand.foundation import BadInput

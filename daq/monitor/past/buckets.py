@@ -68,7 +68,10 @@ def held(
         An interruption that lasts longer stays one [s].
     """
     steps = np.diff(time_s)
-    more = np.where((steps > every_s) & (steps <= longest_s), np.ceil(steps / every_s), 1.0).astype(np.int64)
+    seldom = (steps > every_s) & (steps <= longest_s)
+    if not seldom.any():
+        return time_s, dict(values)
+    more = np.where(seldom, np.ceil(steps / every_s), 1.0).astype(np.int64)
     times = np.append(more, 1)
     rows = np.repeat(np.arange(len(time_s)), times)
     nth = np.arange(len(rows)) - np.repeat(np.cumsum(times) - times, times)
