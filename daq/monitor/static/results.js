@@ -1,6 +1,6 @@
 // The runs of a campaign that has ended, as evaluation judges them.
 import { counted } from "./counted.js";
-import { $, fixed, make, put } from "./times.js";
+import { $, cell, fixed, make, put } from "./times.js";
 
 const state = { content: null, chosen: null, drawn: () => {} };
 
@@ -27,6 +27,7 @@ function headMeans(columns) {
   document.querySelectorAll("th.mean").forEach((heading) => heading.remove());
   $("means-from").after(...columns.map((one) => {
     const heading = make("th", "mean", one.unit ? `${one.heading} ` : one.heading);
+    heading.setAttribute("role", "columnheader");
     if (one.unit) heading.append(make("i", "", one.unit));
     return heading;
   }));
@@ -34,9 +35,10 @@ function headMeans(columns) {
 function runRow(run, index) {
   const row = make("tr", index === state.chosen ? "chosen" : ""), x = run.extremes;
   row.tabIndex = 0;
-  const first = make("td", "", run.step || run.id);
+  row.setAttribute("role", "row");
+  const first = cell(run.step || run.id);
   first.append(make("br"), make("small", "", run.problem ? run.problem : `${run.file.split("/").pop()} · ${run.status}`));
-  row.append(first, ...[run.verdict || "–", ...run.columns.map((one) => value(run.summary[one.name], one.decimals)), value(x.force_max_kN, 1), value(x.stroke_max_mm, 1), value(x.temperature_max_C, 1)].map((text) => make("td", "", text)));
+  row.append(first, cell(run.verdict || "–", "verdict"), ...run.columns.map((one) => cell(value(run.summary[one.name], one.decimals), one.heading, one.unit)), cell(value(x.force_max_kN, 1), "peak force", "kN"), cell(value(x.stroke_max_mm, 1), "peak stroke", "mm"), cell(value(x.temperature_max_C, 1), "warmest", "°C"));
   row.addEventListener("click", () => choose(index));
   row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
   return row;

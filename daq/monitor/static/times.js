@@ -44,3 +44,11 @@ export function choices(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", "", text); one.value = value; return one; }));
   select.value = entries.some(([value]) => value === chosen) ? chosen : entries[0]?.[0] ?? "";
 }
+// A cell of a table that a phone shows as labelled rows (monitor.css): laid out as blocks, it needs its role said.
+export function cell(text, label = "", unit = "") {
+  const td = make("td", text === "–" ? "none" : "", text);
+  td.setAttribute("role", "cell");
+  td.dataset.label = label;
+  td.dataset.unit = unit;
+  return td;
+}
