@@ -196,6 +196,7 @@ def test_an_evaluation_is_given_with_the_command_that_makes_it(desk: DeskInProce
     ("content", "field", "said"),
     [
         ({"port": "99999"}, "port", "99999 is not from 1 to 65535"),
+        ({"port": "abc"}, "port", "“abc” is no number"),
         ({"stroke-max": "abc"}, "stroke-max", "“abc” is no number"),
         ({"draw-wires": "9"}, "draw-wires", "9 is not from 1 to 4"),
         ({"zero-force": "0,1", "slope-force": "x"}, "slope-force", "“x” is no number; write e.g. 9.54e-05"),
@@ -209,6 +210,7 @@ def test_a_wrong_value_of_the_first_files_is_said_at_its_field_in_the_pages_word
     answer = desk.act("/new", {"where": "first", **content})
     assert (answer.status, answer.json["field"]) == (409, field)
     assert answer.json["problem"].startswith(said)
+    assert "range" not in answer.json["problem"]
     assert "--" not in answer.json["problem"]
     assert not (root / "first").exists()
 
