@@ -126,6 +126,7 @@ def checked(it: Technician, desk: Served, size: Any) -> None:
     it.push("#twin-serve")
     it.says("The simulated stand can be asked")
     it.push("#check")
+    assert it.tab.is_disabled("#zero-now"), "the devices are in use"
     it.wait(
         "document.querySelector('#verdict') !== null"
     )  # what it finds of rates is this computer's business
@@ -133,6 +134,7 @@ def checked(it: Technician, desk: Served, size: Any) -> None:
         it.says(text)
     it.complaints.clear()
     it.look("check", size)
+    it.wait("!document.querySelector('#zero-now').disabled")
     it.push("#zero-now")
     it.says("the stand's id was not typed: nothing was moved")
     it.fill(specimen="B-78", operator="A. Smith", stand_id="hall-2")
@@ -169,6 +171,8 @@ def started(it: Technician, desk: Served, size: Any) -> str:
     it.fill(specimen="B-77")
     it.tab.check("#simulate")  # that one waits for its reader, however busy this computer is
     it.tab.select_option("#speed", "5")
+    it.says("--yes-move B-77 --simulate --speed 5")
+    assert it.tab.inner_text("#start") == "Start the rehearsal: no real stand moves"
     it.push("#start")
     return folder
 

@@ -8,6 +8,7 @@ import socket
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -145,6 +146,26 @@ def test_the_start_is_of_this_computer_with_the_specimen_typed(desk: DeskInProce
     assert desk.act("/start", asked, origin="http://elsewhere.example").status == 403
     assert desk.act("/start", asked, **{"content-type": "text/plain"}).status == 415
     assert not (root / "campaigns").exists()
+
+
+@pytest.mark.parametrize(
+    ("form", "command"),
+    [
+        ({}, "run demo.toml --out campaigns/one --yes-move SPECIMEN"),
+        ({"specimen": "B 7", "speed": "5"}, "run demo.toml --out campaigns/one --yes-move 'B 7'"),
+        (
+            {"specimen": "B-7", "simulate": True, "speed": "5", "out": "-x"},
+            "run demo.toml --out ./-x --yes-move B-7 --simulate --speed 5",
+        ),
+    ],
+    ids=str,
+)
+def test_the_start_shows_the_command_that_does_what_its_form_says(
+    desk: DeskInProcess, form: dict[str, Any], command: str
+) -> None:
+    """Else whoever copies the command while a rehearsal is ticked moves the stand."""
+    answer = desk.act("/start/command", {"campaign": "demo.toml", "out": "campaigns/one", **form})
+    assert answer.json["command"].endswith(f"bufferstand {command}")
 
 
 def test_the_archive_finds_by_words_and_conditions_and_hands_on_a_table(desk: DeskInProcess) -> None:

@@ -39,6 +39,7 @@ function table() {
     return line;
   }));
   $("cycles-none").hidden = shown.rows.length > 0;
+  $("trend").hidden = !shown.rows.length;
 }
 
 function draw() {
