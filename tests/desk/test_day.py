@@ -78,6 +78,8 @@ def free_port() -> int:
 def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
     with served(tmp_path) as desk, Technician(browser, desk.link, **size) as it:
         make(tmp_path)
+        it.go(f"{desk.origin}/archive")
+        it.says("none found of 0")
         it.go(f"{desk.origin}/new")
         it.fill(stand="hall-2", specimen="B-77", port=str(free_port()), certificate_force="K-17")
         it.says("--stand=hall-2 --port=")
@@ -92,6 +94,12 @@ def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
         live(it, desk, folder, size)
         stopped_and_resumed(it, desk, folder, size)
         reported(it, size)
+        it.go(f"{desk.origin}/archive")
+        it.says("3 in all")  # a list that is old is renewed, and shown without being asked for again
+        it.look("archive", size)
+        it.tab.locator("#archive a").first.click()
+        it.says("On record")
+        it.look("archive-run", size)
         it.go(f"{desk.origin}/")
         it.says("complete")
         it.look("folder", size)
@@ -187,6 +195,7 @@ def live(it: Technician, desk: Served, folder: str, size: Any) -> None:
     it.push("#desk-link")
     it.wait("location.pathname === '/campaign'")
     it.wait("document.querySelector('[data-status]').dataset.status === 'running'")
+    it.says("simulated stand")
     it.look("campaign", size)
 
 

@@ -2,11 +2,11 @@
 import { counted } from "./counted.js";
 import { $, cell, fixed, make, put } from "./times.js";
 
-const state = { content: null, chosen: null, drawn: () => {} };
+const state = { content: null, chosen: null, byHand: false, drawn: () => {} };
 
 export function begin(drawn) { state.drawn = drawn; }
 export function chosen() { return state.chosen; }
-export function hide() { state.chosen = null; $("results-panel").hidden = true; }
+export function hide() { state.chosen = null; state.byHand = false; $("results-panel").hidden = true; }
 
 export function show(content) {
   state.content = content;
@@ -15,7 +15,8 @@ export function show(content) {
   put("evaluating", content.evaluating ? `Evaluating: ${n} done …` : `${counted(n, "run")}${content.broken ? ", then the evaluation ended with a fault" : ""}. Values with expanded uncertainty (k = 2). Choose one to see its loop.`);
   if (n) headMeans(content.runs[0].columns);
   $("runs").replaceChildren(...content.runs.map(runRow));
-  if (state.chosen === null && n) choose(n - 1, false);
+  // the newest one, unless another was chosen: at first the one that is evaluated first
+  if (n && (state.chosen === null || (!content.evaluating && !state.byHand && state.chosen !== n - 1))) choose(n - 1, false);
 }
 
 function value(entry, digits, factor = 1) {
@@ -39,11 +40,12 @@ function runRow(run, index) {
   const first = cell(run.step || run.id);
   first.append(make("br"), make("small", "", run.problem ? run.problem : `${run.file.split("/").pop()} · ${run.status}`));
   row.append(first, cell(run.verdict || "–", "verdict"), ...run.columns.map((one) => cell(value(run.summary[one.name], one.decimals), one.heading, one.unit)), cell(value(x.force_max_kN, 1), "peak force", "kN"), cell(value(x.stroke_max_mm, 1), "peak stroke", "mm"), cell(value(x.temperature_max_C, 1), "warmest", "°C"));
-  row.addEventListener("click", () => choose(index));
-  row.addEventListener("keydown", (event) => { if (event.key === "Enter") choose(index); });
+  row.addEventListener("click", () => byHand(index));
+  row.addEventListener("keydown", (event) => { if (event.key === "Enter") byHand(index); });
   return row;
 }
-function choose(index, asked = true) {
+function byHand(index) { state.byHand = true; choose(index, true); }
+function choose(index, asked) {
   const run = state.content.runs[index];
   state.chosen = index;
   [...$("runs").children].forEach((row, i) => { row.classList.toggle("chosen", i === index); row.setAttribute("aria-current", String(i === index)); });

@@ -39,7 +39,7 @@ export function make(tag, className, text) {
   return element;
 }
 export function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
-export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
+export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−"); }
 export function choices(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", "", text); one.value = value; return one; }));
   select.value = entries.some(([value]) => value === chosen) ? chosen : entries[0]?.[0] ?? "";

@@ -2,7 +2,8 @@
 const $ = (id) => document.getElementById(id);
 const COLUMNS = [["path", "run"], ["started_utc", "started (UTC)"], ["kind", "kind"], ["status", "status"], ["specimen", "specimen"], ["step", "step"], ["prestress_mm", "prestress mm"], ["amplitude_mm", "amplitude mm"], ["frequency_Hz", "frequency Hz"]];
 const asked = new URLSearchParams(location.search), ticked = new Set();
-let number = 0, last = null;
+const AGAIN_MS = 700;
+let number = 0, last = null, shown = "";
 function make(tag, text, className) { const e = document.createElement(tag); if (text !== undefined && text !== null) e.textContent = String(text); if (className) e.className = className; return e; }
 
 function head() {
@@ -44,6 +45,11 @@ async function find() {
   if (mine !== number) return;
   $("where-problem").textContent = answer.ok ? "" : found.problem;
   if (!answer.ok) return;
+  // An old list is shown at once; once it is renewed what has changed is shown, and nothing is moved else.
+  if (found.renewing) setTimeout(() => { if (mine === number) find(); }, AGAIN_MS);
+  const now = JSON.stringify([found.rows, found.first, found.found, found.all, asked.toString()]);
+  if (now === shown) return;
+  shown = now;
   last = found;
   head();
   $("archive").tBodies[0].replaceChildren(...found.rows.map((row) => { const r = make("tr"); r.append(...COLUMNS.map(([name]) => cell(row, name))); return r; }));

@@ -24,7 +24,12 @@ function beside(value, u) {
   return value.toFixed(Math.min(Math.max(3 - Math.floor(Math.log10(u)), 0), 20)).replace("-", "−");
 }
 // an uncertainty that the decimals of the figure would make nothing keeps its own
-function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
+// with so many digits, or more where U has none of them otherwise: both to the same place
+function pair([value, u], digits) {
+  if (value === null || u === null || u === undefined) return fixed(value, digits);
+  const places = u && !Number(u.toFixed(digits)) ? Math.min(Math.ceil(-Math.log10(u)), 12) : digits;
+  return `${fixed(value, places)} ± ${fixed(u, places)}`;
+}
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
 function row(cells) { const r = make("tr"); r.append(...cells); return r; }
 
