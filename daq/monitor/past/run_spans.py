@@ -182,4 +182,5 @@ def _within(
         rows = slice(first, min(last + 1, len(time_s)))  # the next one, too: until then the last one holds
         if rows.start < rows.stop:
             chosen = {name: one[rows] for name, one in values.items() if name in names}
-            yield held(np.maximum.accumulate(time_s[rows]), chosen, width_s, LONGEST_S)
+            since_s = span_s[0] + LONGEST_S
+            yield held(np.maximum.accumulate(time_s[rows]), chosen, width_s, LONGEST_S, since_s)
