@@ -31,6 +31,8 @@ function pair([value, u], digits) {
   return `${fixed(value, places)} ± ${fixed(u, places)}`;
 }
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
+// on a phone a row is laid out as a card (results.css): for a screen reader it stays a row of a table
+function cards(line) { line.setAttribute("role", "row"); for (const td of line.cells) td.setAttribute("role", "cell"); return line; }
 function row(cells) { const r = make("tr"); r.append(...cells); return r; }
 
 const EXTREMES = [["force_max_kN", "greatest force", "kN", 1], ["stroke_max_mm", "greatest stroke", "mm", 1], ["temperature_max_C", "warmest", "°C", 1]];
@@ -45,9 +47,10 @@ function columns() {
 }
 function head() {
   const line = make("tr");
+  line.setAttribute("role", "row");
   for (const one of columns()) {
     const th = make("th"), button = make("button", one.heading);
-    th.scope = "col"; button.type = "button";
+    th.scope = "col"; th.setAttribute("role", "columnheader"); button.type = "button";
     if (one.unit) button.append(" ", make("i", one.unit));
     if (state.sort === one.name) th.setAttribute("aria-sort", state.down ? "descending" : "ascending");
     button.addEventListener("click", () => { state.down = state.sort === one.name ? !state.down : false; state.sort = one.name; showRuns(); document.querySelectorAll("#runs th button")[columns().findIndex((c) => c.name === one.name)].focus(); });
@@ -66,7 +69,9 @@ function showRuns() {
     box.type = "checkbox"; box.checked = state.ticked.has(r.path); box.disabled = !r.loop;
     box.addEventListener("change", () => { if (box.checked) state.ticked.add(r.path); else state.ticked.delete(r.path); loops(); });
     label.append(box, name); first.append(label, make("small", [r.id, r.specimen, r.status, r.simulated ? "simulated" : ""].filter(Boolean).join(" · ")));
-    return row([first, make("td", r.verdict || "–", r.verdict || ""), ...columns().slice(2).map((one) => make("td", one.told(r)))]);
+    const told = columns().slice(2).map((one) => Object.assign(make("td", one.told(r), one.told(r) === "–" ? "none" : ""), { one }));
+    for (const td of told) { td.dataset.label = td.one.heading; td.dataset.unit = td.one.unit || ""; }
+    return cards(row([first, make("td", r.verdict || "–", r.verdict || "none"), ...told]));
   }));
 }
 
