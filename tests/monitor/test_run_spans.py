@@ -107,6 +107,20 @@ def test_a_zoom_gives_what_reading_the_whole_run_gives(
         assert [found["values"]["force"][end][:-1] for end in ("low", "high")] == [low[:-1], high[:-1]]
 
 
+def test_what_lies_behind_a_time_stamp_that_is_missing_is_shown(tmp_path: Path) -> None:
+    rows = np.arange(2000)
+    time_s = rows / 1000.0
+    time_s[50] = np.nan
+    content = StreamContent(time_s, samples.counts(rows), (Segment(0, 0, 0),))
+    (tmp_path / "runs").mkdir()
+    run = open_run(write_run(tmp_path / FILE, samples.metadata(status="imported"), {"controller": content}))
+    found = RunSpans(tmp_path).span(FILE, 1.0, 1.5, ["force"])
+    assert found["last_s"] == pytest.approx(1.999)
+    low, _ = by_hand(run, found, "force")
+    assert found["values"]["force"]["low"][:-1] == low[:-1]
+    assert None not in low
+
+
 def test_a_file_that_is_another_one_is_opened_anew(tmp_path: Path) -> None:
     long_run(tmp_path, 5000)
     spans = RunSpans(tmp_path)

@@ -177,7 +177,11 @@ def _within(
         read += [name for name in STROKE_CHANNELS if name in own and name not in read]
     if not read:
         return
-    for time_s, values in run_blocks(run, read, BLOCK_ROWS, only):
+    for stamps_s, recorded in run_blocks(run, read, BLOCK_ROWS, only):
+        there = np.isfinite(stamps_s)  # a foreign record may lack a time stamp
+        time_s, values = stamps_s, recorded
+        if not there.all():
+            time_s, values = stamps_s[there], {name: one[there] for name, one in recorded.items()}
         first, last = np.searchsorted(time_s, span_s, side="right").tolist()
         rows = slice(first, min(last + 1, len(time_s)))  # the next one, too: until then the last one holds
         if rows.start < rows.stop:
