@@ -119,7 +119,7 @@ function requirement(r, one) {
   const cells = [
     ["run", make("td", r.step || r.id, "wrap")], ["", make("td", one.requirement.startsWith(`${one.id}: `) ? one.requirement : `${one.id}: ${one.requirement}`, "wrap")], ["cycle", make("td", one.cycle ?? "")],
     ["measured", make("td", certain(one.measured, one.expanded_uncertainty))],
-    ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit ?? "")],
+    ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit === "1" ? "" : one.unit ?? "")],
     ["probability", make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3))],
     ["", make("td", one.verdict, `left verdict ${one.verdict}`)], ["", make("td", one.why, "wrap")],
   ];
