@@ -37,7 +37,7 @@ def make_run(folder: Path, seconds: int) -> Path:
     for name, stream in sample.streams.items():
         rate_Hz = RATE_HZ if name == "controller" else 1
         rows = seconds * rate_Hz
-        time_us = stream.first_stamp + np.arange(rows, dtype=np.int64) * (1_000_000 // rate_Hz)
+        time_us = int(stream.first_stamp) + np.arange(rows, dtype=np.int64) * (1_000_000 // rate_Hz)
         noise = generator.integers(-3, 4, rows)
         counts = {
             channel: (np.resize(values, rows) + noise).astype(values.dtype)
