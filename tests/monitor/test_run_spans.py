@@ -107,6 +107,31 @@ def test_a_zoom_gives_what_reading_the_whole_run_gives(
         assert [found["values"]["force"][end][:-1] for end in ("low", "high")] == [low[:-1], high[:-1]]
 
 
+@pytest.mark.parametrize("span_s", [WHOLE, (50.0, 350.0), (17.3, 90.1), (300.0, math.inf)])
+def test_a_wide_span_is_put_together_from_cells_without_reading_again(
+    campaign: Path, rows_read: list[int], monkeypatch: pytest.MonkeyPatch, span_s: tuple[float, float]
+) -> None:
+    monkeypatch.setattr(run_spans, "WIDE_ROWS", 20_000)
+    spans = RunSpans(campaign)
+    spans.span(FILE, *WHOLE, NAMES)
+    assert sum(rows_read) > 4 * ROWS
+    rows_read.clear()
+    found = spans.span(FILE, *span_s, NAMES)
+    assert rows_read == []
+    lasting = min(span_s[1], found["last_s"]) - max(span_s[0], 0.0)
+    assert lasting / run_spans.MOST_POINTS <= found["width_s"] < lasting / run_spans.MOST_POINTS + 0.021
+    assert lasting / found["width_s"] <= len(found["t"]) <= run_spans.MOST_POINTS + 1
+    run = open_run(campaign / FILE)
+    low, high = by_hand(run, found, "force")
+    at = found["values"]["force"]
+    differing = sum(a != b for a, b in zip([*low, *high], [*at["low"], *at["high"]], strict=True))
+    assert differing <= 4, "where a time stamp goes back over a bucket's edge the sample before is repeated"
+    assert None not in found["values"]["temperature_1"]["high"][1:]
+    rows_read.clear()
+    spans.span(FILE, 200.0, 205.0, NAMES)
+    assert 0 < sum(rows_read) < ROWS, "a close one is read"
+
+
 def test_what_lies_behind_a_time_stamp_that_is_missing_is_shown(tmp_path: Path) -> None:
     rows = np.arange(2000)
     time_s = rows / 1000.0

@@ -24,6 +24,8 @@ from bufferstand.recording.runfile import Run, StreamData, open_run
 
 BLOCK_ROWS = 1 << 17
 """Of what is read at once: those of a chunk of a run file, which is decoded as a whole."""
+WIDE_ROWS = 1 << 20
+"""Spans of more rows are put together from cells, which are kept once all rows were read: see RunSpans."""
 MOST_OPEN = 4
 """So many runs stay opened; of a small one all samples are in memory."""
 MOST_ANSWERS = 8
@@ -34,7 +36,9 @@ class RunSpans:
     """Spans of the runs of one campaign; may block, and serves one at a time.
 
     A run is read to the end when its first span is asked for, to see that it is whole; from then on only
-    those blocks are read that have samples in a span.
+    those blocks are read that have samples in a span. Where these would be many (:data:`WIDE_ROWS`), the
+    extremes in cells of a thousandth of as many rows are kept for the whole run when a channel is first asked
+    for so; the buckets of a wide span are as many whole cells as they must be, and nothing more is read.
 
     Parameters
     ----------
@@ -112,6 +116,9 @@ class _OpenedRun:
         self._blocks = {
             name: BlockTimes(run, stream, BLOCK_ROWS) for name, stream in run.streams.items() if stream.rows
         }
+        self._every_s = self._last_s / max(1, self._rows - 1)
+        self._cell_s = max(1.5, WIDE_ROWS / MOST_POINTS) * self._every_s
+        self._cells: dict[str, NDArray[np.float64]] = {}
         self._answers: OrderedDict[tuple[float, float, tuple[str, ...]], dict[str, Any]] = OrderedDict()
 
     def span(self, from_s: float, to_s: float, channels: Sequence[str]) -> dict[str, Any]:
@@ -124,16 +131,37 @@ class _OpenedRun:
         names = tuple(name for name in channels if name in self._units)
         key = from_s, to_s, names
         if key not in self._answers:
-            every_s = last_s / max(1, self._rows - 1)  # buckets that are wider have a sample each
-            width_s = max(1.5 * every_s, (to_s - from_s) / MOST_POINTS, 1e-6)
+            # buckets that are wider than one and a half steps have a sample each
+            width_s = max(1.5 * self._every_s, (to_s - from_s) / MOST_POINTS, 1e-6)
+            cells = math.ceil(width_s / self._cell_s) if width_s > self._cell_s > 0.0 else 0
+            width_s = cells * self._cell_s or width_s
             numbers = np.arange(math.floor(from_s / width_s), math.floor(to_s / width_s) + 1)
             numbers = numbers[: MOST_POINTS + 1]
-            values = self._extremes(numbers, width_s, (from_s, to_s), names)
+            if cells:
+                values = self._of_cells(numbers, cells, names)
+            else:
+                values = self._extremes(numbers, width_s, (from_s, to_s), names)
             self._answers[key] = answer(self._units, numbers, width_s, values, (0.0, last_s), 6)
         self._answers.move_to_end(key)
         while len(self._answers) > MOST_ANSWERS:
             self._answers.popitem(last=False)
         return self._answers[key]
+
+    def _of_cells(
+        self, numbers: NDArray[np.int64], cells: int, names: Sequence[str]
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return the extremes in buckets of so many cells each."""
+        if missing := [name for name in names if name not in self._cells]:
+            whole = np.arange(math.floor(self._last_s / self._cell_s) + 1)
+            self._cells |= self._extremes(whole, self._cell_s, (0.0, self._last_s), missing)
+        found = {}
+        for name in names:
+            kept = self._cells[name][:, numbers[0] * cells : (numbers[-1] + 1) * cells]
+            filled = np.full((2, numbers.size * cells), np.nan)
+            filled[:, : kept.shape[1]] = kept
+            low, high = filled.reshape(2, numbers.size, cells)
+            found[name] = np.array([np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)])
+        return found
 
     def _extremes(
         self,
