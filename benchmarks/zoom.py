@@ -1,7 +1,8 @@
 """What a zoom into a run that is over takes on the live page's side, beside the 0.3 s that it may take.
 
 The run is an hour at 1 kHz, written as a campaign's are; its spans are asked for as the page's server does.
-The first look at all of it reads the whole file, to see that it is whole; a zoom reads what it shows. Of a
+The first look at all of it reads the whole file, to see that it is whole; a zoom reads what it shows, and of
+a wide one nothing any more, once the cells of its channels are there. Of a
 campaign that is under way the page's server keeps a history: that of twelve hours is asked for, too.
 """
 
@@ -96,8 +97,8 @@ BENCHMARK = Benchmark(
     goals={
         "zoom to a minute / first look at the hour": 0.1,
         "zoom to a minute / 0.3 s": 0.3,
-        "zoom to 12 minutes / 0.3 s": 0.7,
-        "zoom to half an hour / 0.3 s": 1.5,
+        "zoom to 12 minutes / 0.3 s": 0.5,
+        "zoom to half an hour / 0.3 s": 0.3,
         "span of 12 hours' history / 0.3 s": 0.1,
     },
     full=partial(measure, seconds=3600, hours=12.0),
