@@ -148,6 +148,24 @@ def test_the_start_is_of_this_computer_with_the_specimen_typed(desk: DeskInProce
     assert not (root / "campaigns").exists()
 
 
+@pytest.mark.parametrize("text", ["a\0b", "\ud800", "x\udfff"], ids=ascii)
+@pytest.mark.parametrize(
+    ("path", "form", "key"),
+    [
+        ("/check/record", {"stand": "stand.toml", "lasting": "1s"}, "operator"),
+        ("/check/zero", {"stand": "stand.toml", "id": "simulated-630kN"}, "specimen"),
+        ("/start/command", {"campaign": "demo.toml"}, "out"),
+        ("/new/command", {"where": "first"}, "stand"),
+    ],
+)
+def test_what_no_command_can_be_given_is_refused_in_one_line(
+    desk: DeskInProcess, path: str, form: dict[str, str], key: str, text: str
+) -> None:
+    answer = desk.act(path, {**form, key: text})
+    assert answer.status == 409
+    assert "\n" not in answer.json["problem"]
+
+
 @pytest.mark.parametrize(
     ("form", "command"),
     [
