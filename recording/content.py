@@ -89,6 +89,11 @@ class Anchor:
     host_s: float
     utc: str
 
+    @property
+    def ahead_s(self) -> float:
+        """Get by how much the host's clock was ahead of the device's then [s]."""
+        return self.host_s - self.device_us / 1e6
+
 
 @dataclass(frozen=True)
 class Event:

@@ -159,6 +159,7 @@ SLOW = (
     "tests/model_export/test_library.py",
     "tests/monitor/test_accessible.py",
     "tests/monitor/test_browser.py",
+    "tests/monitor/test_browser_encrypted.py",
     "tests/peers/",
     "tests/power_cut/",
     "tests/public_records/",

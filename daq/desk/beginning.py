@@ -55,7 +55,7 @@ _REFUSED = re.compile(
 )
 _WORDS = (
     (re.compile(r"(\S+) is not in the range (\S+)<=x<=(\S+)"), r"\1 is not from \2 to \3"),
-    (re.compile(r"'(.*)' is not a valid (?:float|float range|integer|integer range)"), r"“\1” is no number"),
+    (re.compile(r"'(.*)' is not a valid (?:float|integer)(?: range)?"), r"“\1” is no number"),
 )
 """What the command says of an option, and how a page says it."""
 

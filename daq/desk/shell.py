@@ -233,9 +233,19 @@ async def unless_closed(answer: Awaitable[T]) -> T:
 
 
 def text_of(content: dict[str, Any], key: str, longest: int = 400) -> str:
-    """Return a text that a page has sent; empty where it has sent none."""
+    """Return a text that a page has sent; empty where it has sent none.
+
+    Raises
+    ------
+    BadInput
+        If it holds what no command and no file can: a zero character, or half of one.
+    """
     value = content.get(key, "")
-    return value[:longest].strip() if isinstance(value, str) else ""
+    if not isinstance(value, str):
+        return ""
+    if "\0" in value or any("\ud800" <= one <= "\udfff" for one in value):
+        raise BadInput(f"“{key}” holds a character that is none", remedy="type it anew")
+    return value[:longest].strip()
 
 
 def _shared_files() -> dict[str, bytes]:

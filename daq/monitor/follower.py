@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import socket
 import time
 from collections import deque
@@ -21,7 +22,7 @@ from bufferstand.daq.monitor.campaign_view import (
 )
 from bufferstand.daq.monitor.journal_tail import JournalTail, News, newest_journal
 from bufferstand.daq.monitor.live_cycles import LiveCycles
-from bufferstand.daq.monitor.past import KeptHistory
+from bufferstand.daq.monitor.past import BACK_S, KeptHistory
 from bufferstand.daq.monitor.publisher import BUFFER_BYTES, LIVE_NAME
 from bufferstand.daq.monitor.showing_results import show_results
 from bufferstand.daq.monitor.temperatures import Temperatures, heat_of
@@ -73,6 +74,7 @@ class Follower:
         self._progress: dict[str, Any] = {}
         self._lines: deque[dict[str, Any]] = deque(maxlen=LINES_KEPT)
         self._pace: deque[tuple[float, float]] = deque(maxlen=600)
+        self._at_s = -math.inf
         self._heard_s = time.monotonic()
         self._tail: JournalTail | None = None
         self._heard_at: dict[str, float] = {}
@@ -231,6 +233,10 @@ class Follower:
         self, at_s: float, extremes: Mapping[str, list[float | None]], values: Mapping[str, float | None]
     ) -> None:
         """Keep the extremes of what is sampled, and the newest value of what is read now and then."""
+        if at_s < self._at_s - BACK_S:  # another start of the campaign
+            self._cycles.restart()
+            self._pace.clear()
+        self._at_s = at_s
         read = {name: [value, value] for name, value in values.items() if name not in extremes}
         self._past.add(at_s, {**read, **extremes}, len(self._record.starts) if self._record else None)
 

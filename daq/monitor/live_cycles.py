@@ -123,6 +123,11 @@ class LiveCycles:
             self._step, self.changed = _Step(step), True
             self._forget()
 
+    def restart(self) -> None:
+        """Begin the step again: the campaign was resumed, and what came before belongs to another run."""
+        self._step, self.changed = _Step(self._step.number), True
+        self._forget()
+
     def _forget(self) -> None:
         self._parts, self._size, self._done_s, self._asked_for = [], 0, -np.inf, 0
         self._over = False

@@ -246,7 +246,9 @@ class Run:
                 f"{' and '.join(wires)} are of different streams: no common instants", file=self.path
             )
 
-    def blocks(self, channels: Sequence[str], rows: int) -> Iterator[dict[str, Series]]:
+    def blocks(
+        self, channels: Sequence[str], rows: int, only: Sequence[int] | None = None
+    ) -> Iterator[dict[str, Series]]:
         """Return channels of one stream block by block, in order: as :meth:`series`, and never the whole.
 
         Parameters
@@ -255,6 +257,9 @@ class Run:
             Channels of one stream; not ``stroke`` (:func:`mean_stroke`).
         rows : int
             Rows of a block; the last one may be shorter.
+        only : sequence of int, optional
+            Numbers of those blocks that are wanted, rising, the first one being 0. The others are not read,
+            but those before it of a channel with a falling branch: it carries on from block to block.
 
         Raises
         ------
@@ -268,11 +273,15 @@ class Run:
             )
         (stream,) = streams.values()
         branches = {name: Branch() for name in channels}
-        for first in range(0, stream.rows, rows):
-            part = slice(first, min(first + rows, stream.rows))
+        wanted = range(-(-stream.rows // rows)) if only is None else only
+        numbers: Sequence[int] = wanted
+        if wanted and any(stream.channels[name].calibration.falling for name in channels):
+            numbers = range(wanted[-1] + 1)
+        for number in numbers:
+            part = slice(number * rows, min((number + 1) * rows, stream.rows))
             time_s = self._on_run_time_s(stream, stream.stamps(part))
             counts = {name: stream.counts.rows(name, part) for name in channels}
-            yield {
+            block = {
                 name: _calibrated(
                     stream.channels[name],
                     time_s - stream.channels[name].delay_s,
@@ -281,6 +290,8 @@ class Run:
                 )
                 for name in channels
             }
+            if number in wanted:
+                yield block
 
     def time_blocks(self, stream: str, rows: int) -> Iterator[NDArray[np.float64]]:
         """Return the times of a stream on the run's time [s], block by block; no channel's delay is in them.

@@ -78,6 +78,8 @@ def free_port() -> int:
 def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
     with served(tmp_path) as desk, Technician(browser, desk.link, **size) as it:
         make(tmp_path)
+        it.go(f"{desk.origin}/archive")
+        it.says("none found of 0")
         it.go(f"{desk.origin}/new")
         it.fill(stand="hall-2", specimen="B-77", port=str(free_port()), certificate_force="K-17")
         it.says("--stand=hall-2 --port=")
@@ -92,6 +94,12 @@ def test_a_whole_day(browser: Any, tmp_path: Path, size: Any) -> None:
         live(it, desk, folder, size)
         stopped_and_resumed(it, desk, folder, size)
         reported(it, size)
+        it.go(f"{desk.origin}/archive")
+        it.says("3 in all")  # a list that is old is renewed, and shown without being asked for again
+        it.look("archive", size)
+        it.tab.locator("#archive a").first.click()
+        it.says("On record")
+        it.look("archive-run", size)
         it.go(f"{desk.origin}/")
         it.says("complete")
         it.look("folder", size)
@@ -126,6 +134,7 @@ def checked(it: Technician, desk: Served, size: Any) -> None:
     it.push("#twin-serve")
     it.says("The simulated stand can be asked")
     it.push("#check")
+    assert it.tab.is_disabled("#zero-now"), "the devices are in use"
     it.wait(
         "document.querySelector('#verdict') !== null"
     )  # what it finds of rates is this computer's business
@@ -133,6 +142,7 @@ def checked(it: Technician, desk: Served, size: Any) -> None:
         it.says(text)
     it.complaints.clear()
     it.look("check", size)
+    it.wait("!document.querySelector('#zero-now').disabled")
     it.push("#zero-now")
     it.says("the stand's id was not typed: nothing was moved")
     it.fill(specimen="B-78", operator="A. Smith", stand_id="hall-2")
@@ -169,6 +179,8 @@ def started(it: Technician, desk: Served, size: Any) -> str:
     it.fill(specimen="B-77")
     it.tab.check("#simulate")  # that one waits for its reader, however busy this computer is
     it.tab.select_option("#speed", "5")
+    it.says("--yes-move B-77 --simulate --speed 5")
+    assert it.tab.inner_text("#start") == "Start the rehearsal: no real stand moves"
     it.push("#start")
     return folder
 
@@ -183,6 +195,7 @@ def live(it: Technician, desk: Served, folder: str, size: Any) -> None:
     it.push("#desk-link")
     it.wait("location.pathname === '/campaign'")
     it.wait("document.querySelector('[data-status]').dataset.status === 'running'")
+    it.says("simulated stand")
     it.look("campaign", size)
 
 

@@ -8,6 +8,7 @@ import socket
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -147,6 +148,44 @@ def test_the_start_is_of_this_computer_with_the_specimen_typed(desk: DeskInProce
     assert not (root / "campaigns").exists()
 
 
+@pytest.mark.parametrize("text", ["a\0b", "\ud800", "x\udfff"], ids=ascii)
+@pytest.mark.parametrize(
+    ("path", "form", "key"),
+    [
+        ("/check/record", {"stand": "stand.toml", "lasting": "1s"}, "operator"),
+        ("/check/zero", {"stand": "stand.toml", "id": "simulated-630kN"}, "specimen"),
+        ("/start/command", {"campaign": "demo.toml"}, "out"),
+        ("/new/command", {"where": "first"}, "stand"),
+    ],
+)
+def test_what_no_command_can_be_given_is_refused_in_one_line(
+    desk: DeskInProcess, path: str, form: dict[str, str], key: str, text: str
+) -> None:
+    answer = desk.act(path, {**form, key: text})
+    assert answer.status == 409
+    assert "\n" not in answer.json["problem"]
+
+
+@pytest.mark.parametrize(
+    ("form", "command"),
+    [
+        ({}, "run demo.toml --out campaigns/one --yes-move SPECIMEN"),
+        ({"specimen": "B 7", "speed": "5"}, "run demo.toml --out campaigns/one --yes-move 'B 7'"),
+        (
+            {"specimen": "B-7", "simulate": True, "speed": "5", "out": "-x"},
+            "run demo.toml --out ./-x --yes-move B-7 --simulate --speed 5",
+        ),
+    ],
+    ids=str,
+)
+def test_the_start_shows_the_command_that_does_what_its_form_says(
+    desk: DeskInProcess, form: dict[str, Any], command: str
+) -> None:
+    """Else whoever copies the command while a rehearsal is ticked moves the stand."""
+    answer = desk.act("/start/command", {"campaign": "demo.toml", "out": "campaigns/one", **form})
+    assert answer.json["command"].endswith(f"bufferstand {command}")
+
+
 def test_the_archive_finds_by_words_and_conditions_and_hands_on_a_table(desk: DeskInProcess) -> None:
     assert desk.look("/archive/runs").json["all"] == 6
     found = desk.look("/archive/runs", {"where": "frequency_Hz > 1", "words": "160"}).json
@@ -196,6 +235,7 @@ def test_an_evaluation_is_given_with_the_command_that_makes_it(desk: DeskInProce
     ("content", "field", "said"),
     [
         ({"port": "99999"}, "port", "99999 is not from 1 to 65535"),
+        ({"port": "abc"}, "port", "“abc” is no number"),
         ({"stroke-max": "abc"}, "stroke-max", "“abc” is no number"),
         ({"draw-wires": "9"}, "draw-wires", "9 is not from 1 to 4"),
         ({"zero-force": "0,1", "slope-force": "x"}, "slope-force", "“x” is no number; write e.g. 9.54e-05"),
@@ -209,6 +249,7 @@ def test_a_wrong_value_of_the_first_files_is_said_at_its_field_in_the_pages_word
     answer = desk.act("/new", {"where": "first", **content})
     assert (answer.status, answer.json["field"]) == (409, field)
     assert answer.json["problem"].startswith(said)
+    assert "range" not in answer.json["problem"]
     assert "--" not in answer.json["problem"]
     assert not (root / "first").exists()
 

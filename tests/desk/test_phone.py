@@ -124,6 +124,38 @@ def test_on_a_phone_the_plan_is_read_step_by_step_without_scrolling_sideways(
         assert it.tab.locator("#plan [role=columnheader]").count() == 9
 
 
+@pytest.mark.parametrize(
+    ("path", "text", "label"),
+    [
+        (f"/results?{urlencode({'run': STATIC})}", "not-tested", "greatest force"),
+        ("/archive", "001-static", "kind"),
+    ],
+    ids=["results", "archive"],
+)
+def test_on_a_phone_runs_are_cards_that_are_sorted_and_need_no_scrolling_sideways(
+    browser: Any, desk: Served, path: str, text: str, label: str
+) -> None:
+    with Tab(browser, desk.link, **PHONE) as it:
+        it.go(f"{desk.origin}{path}")
+        it.says(text)
+        table = "document.querySelector('table.cards')"
+        it.wait(f"{table}.tBodies[0].rows.length > 0")
+        assert it.tab.evaluate(f"{table}.parentElement.scrollWidth <= {table}.parentElement.clientWidth")
+        rights = f"[...{table}.querySelectorAll('td, th')].map((one) => one.getBoundingClientRect().right)"
+        assert 0 < max(it.tab.evaluate(rights)) <= 390
+        cell = f"{table}.querySelector('td[data-label=\"{label}\"]')"
+        assert label in it.tab.evaluate(f"getComputedStyle({cell}, '::before').content")
+        rows, cells, heads = it.tab.evaluate(
+            f"['tbody [role=row]', 'tbody [role=cell]', '[role=columnheader]']"
+            f".map((one) => {table}.querySelectorAll(one).length)"
+        )
+        assert (cells, heads > 5) == (rows * heads, True), "for a screen reader it stays a table"
+        heading = it.tab.locator("table.cards th button").nth(1)
+        heading.click()
+        it.wait(f"{table}.querySelectorAll('th[aria-sort]').length === 1")
+        assert it.complaints == []
+
+
 def test_steps_are_moved_by_keyboard_and_nothing_is_lost(browser: Any, desk: Served) -> None:
     before = (desk.folder / "demo.toml").read_text()
     steps = tomllib.loads(before)["step"]

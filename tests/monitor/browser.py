@@ -19,8 +19,10 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 
 
 @contextmanager
-def chromium() -> Iterator[Any]:
-    """Give a browser whose pages are waited for patiently, or skip the test and say why and what to do."""
+def chromium(*further: str) -> Iterator[Any]:
+    """Give a browser whose pages are waited for patiently, or skip the test and say why and what to do.
+
+    Further options are those of Chromium's command line."""
     playwright = pytest.importorskip(
         "playwright.sync_api", reason="NO BROWSER TEST: playwright is not installed"
     )
@@ -30,7 +32,7 @@ def chromium() -> Iterator[Any]:
             "NO BROWSER TEST: no Chromium is installed, so nobody has looked at the monitor's page; "
             "apt install chromium (bash .ci/peers does it), or name one in BUFFERSTAND_CHROMIUM"
         )
-    options = ["--no-sandbox"] if os.geteuid() == 0 else []
+    options = [*further, *(["--no-sandbox"] if os.geteuid() == 0 else [])]
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=path, args=options, timeout=PATIENCE_MS)
         fresh = browser.new_context

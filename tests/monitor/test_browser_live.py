@@ -58,6 +58,25 @@ def test_the_essentials_are_above_the_fold(browser: Any, page: Page) -> None:
 
 
 @pytest.mark.slow
+def test_on_a_phone_cycles_are_read_without_scrolling_sideways(browser: Any, page: Page) -> None:
+    with Tab(browser, f"{page.origin}/#{TOKENS.view}", **PHONE) as it:
+        it.drawn()
+        it.wait("document.querySelectorAll('#cycle-rows tr').length > 2")
+        table = "document.querySelector('#cycles-panel table')"
+        assert it.tab.evaluate(f"{table}.parentElement.scrollWidth <= {table}.parentElement.clientWidth")
+        rights = f"[...{table}.querySelectorAll('td')].map((one) => one.getBoundingClientRect().right)"
+        assert 0 < max(it.tab.evaluate(rights)) <= 390
+        said = "['::before', '::after'].map((one) => getComputedStyle(document.querySelector("
+        said += "'#cycle-rows td[data-label=amplitude]:not(.none)'), one).content).join()"
+        assert it.tab.evaluate(said) == '"amplitude","mm"'
+        rows, cells, heads = it.tab.evaluate(
+            "['tbody [role=row]', 'tbody [role=cell]', '[role=columnheader]']"
+            f".map((one) => {table}.querySelectorAll(one).length)"
+        )
+        assert (cells, heads > 4) == (rows * heads, True), "for a screen reader it stays a table"
+
+
+@pytest.mark.slow
 def test_any_span_and_every_channel_can_be_chosen_with_cursor_and_zoom(browser: Any, page: Page) -> None:
     with Tab(browser, f"{page.origin}/#{TOKENS.view}", **WIDE) as it:
         it.drawn()

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, MOST_POINTS, History
+from bufferstand.daq.monitor.past.answers import MOST_POINTS
+from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, History
 
 CHANNELS = [{"name": "stroke", "unit": "mm"}, {"name": "force", "unit": "kN"}]
 

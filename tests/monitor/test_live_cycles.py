@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bufferstand.daq.monitor.follower import Follower
 from bufferstand.daq.monitor.live_cycles import (
     LOOPS_KEPT,
     MOST_SAMPLES,
@@ -18,6 +19,7 @@ from bufferstand.daq.monitor.live_cycles import (
     LiveCycles,
     columns,
 )
+from bufferstand.daq.monitor.view import View
 from bufferstand.evaluation.document import evaluate_entry
 from bufferstand.evaluation.loading import load_run
 
@@ -102,6 +104,31 @@ def test_a_viscous_loop_has_the_area_of_its_ellipse_also_where_the_force_is_late
     for one in found[1:-1]:
         assert one.figures["absorbed_energy_J"] == pytest.approx(math.pi * 8.0 * 5.0, rel=3e-3)
         assert one.figures["amplitude_mm"] == pytest.approx(5.0, rel=1e-3)
+
+
+def test_a_campaign_that_is_resumed_shows_no_cycles_of_the_start_before(tmp_path: Path) -> None:
+    """Stand time begins anew then, and the step is begun again under the same number."""
+    time_s, stroke, force = ellipse(8)
+    follower = Follower(tmp_path, View(), results=False)
+    packet = {
+        "at_s": 30.0,
+        "extremes": {},
+        "recording": True,
+        "rows": rows(time_s, stroke, force),
+        "wall_s": 3.0,
+    }
+    follower._heard({**packet, "progress": {"step": 1}, "channels": CHANNELS})
+    live = follower._cycles
+    live.take(live.evaluate(live.due()), 20.0)
+    assert live.sections()["cycles"]["rows"]
+    follower._heard({**packet, "at_s": 30.5})
+    assert live.sections()["cycles"]["rows"], "it only goes on"
+    live.changed = False
+    follower._heard({**packet, "at_s": 0.5, "wall_s": 60.0})
+    assert live.sections()["cycles"] == {**LiveCycles().sections()["cycles"], "step": 1}
+    assert live.sections()["loops"] == []
+    assert live.changed, "the page is told"
+    assert follower._speed() == 1.0
 
 
 @pytest.mark.slow

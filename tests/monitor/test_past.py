@@ -8,9 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from bufferstand.daq.monitor.past.buckets import held
-from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, MOST_POINTS, History
+from bufferstand.daq.monitor.past.answers import MOST_POINTS
+from bufferstand.daq.monitor.past.buckets import bucketed, held
+from bufferstand.daq.monitor.past.history import BUCKETS, LEVELS, MOST_CHANNELS, History
 from bufferstand.daq.monitor.past.recorded import BETWEEN_S, history_of
 from bufferstand.daq.monitor.past.run_spans import RunSpans
 from bufferstand.foundation import BadInput
@@ -157,3 +160,28 @@ def test_a_value_that_comes_seldom_holds_until_the_next_but_not_over_a_long_inte
     time_s, values = held(np.array([0.0, 1.0, 100.0]), {"T": np.array([20.0, 21.0, 30.0])}, 0.25, 30.0)
     assert time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0, 100.0]
     assert values["T"].tolist() == [20.0, 20.0, 20.0, 20.0, 21.0, 30.0]
+
+
+@given(
+    st.lists(st.floats(0.0, 40.0), min_size=2, max_size=40),
+    st.floats(0.01, 3.0),
+    st.floats(-1.0, 400.0),
+)
+def test_what_nobody_asks_for_is_not_repeated_and_the_rest_is_as_it_was(
+    steps: list[float], width_s: float, since_s: float
+) -> None:
+    time_s = np.cumsum(steps)
+    values = {"T": np.arange(len(steps)) * 1.0}
+    whole, part = (
+        bucketed(*held(time_s, values, width_s, 30.0, *since), width_s) for since in ((), (since_s,))
+    )
+    first = math.floor(since_s / width_s)
+    kept = [numbers >= first for numbers, _ in (whole, part)]
+    assert whole[0][kept[0]].tolist() == part[0][kept[1]].tolist()
+    for one, other in zip(whole[1]["T"], part[1]["T"], strict=True):
+        assert one[kept[0]].tolist() == other[kept[1]].tolist()
+
+
+def test_a_zoom_to_microseconds_repeats_a_seldom_value_no_million_times() -> None:
+    time_s, _ = held(np.array([0.0, 29.0, 29.5]), {"T": np.array([20.0, 21.0, 22.0])}, 1e-6, 30.0, 29.4999)
+    assert len(time_s) < 200

@@ -134,7 +134,7 @@ class Campaigns:
         answer = await self._desk.commands.ask(*words, *(() if after == "now" else ("--after", after)))
         if answer.status:
             raise BadInput(answer.problem)
-        return JSONResponse({"said": f"asked: {answer.out.strip()}", "command": answer.command})
+        return JSONResponse({"said": f"Asked: {answer.out.strip()}.", "command": answer.command})
 
     async def note(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
         """Add a note."""
@@ -182,6 +182,7 @@ class Campaigns:
         state = self._desk.fragment(
             "campaign_state.html",
             run=run,
+            simulated=record.simulated,
             steps=[replace(step, reason=page_words(step.reason)) for step in record.steps],
         )
         written = tail_of(folder / LOG_NAME)[-MOST_SHOWN:]

@@ -46,6 +46,7 @@ class Start:
         return [
             self._desk.look("/start", self.show),
             self._desk.act("/start/plan", self.plan),
+            self._desk.act("/start/command", self.command),
             self._desk.act("/start", self.start, moves=True),
         ]
 
@@ -71,7 +72,7 @@ class Start:
             out=out,
             speeds=SPEEDS,
             operator=campaign.content.campaign.operator,
-            command=self._desk.commands.shown("run", word_of(name), "--out", out, "--yes-move", "SPECIMEN"),
+            command=self._desk.commands.shown(*_words(name, {"out": out, "specimen": ""})),
         )
 
     async def plan(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
@@ -97,15 +98,14 @@ class Start:
         demand_id(specimen, await asyncio.to_thread(_specimen_of, campaign), "specimen", OTHER_SPECIMEN)
         out = self._desk.folder.new(text_of(content, "out"))
         name = self._desk.folder.name(out)
-        words = ["run", word_of(self._desk.folder.name(path)), "--out", word_of(name), "--yes-move", specimen]
-        if content.get("simulate") is True:
-            speed = text_of(content, "speed") or "1"
-            if speed not in SPEEDS:
-                raise BadInput("there is no such speed", remedy=f"give one of {', '.join(SPEEDS)}")
-            words += ["--simulate", "--speed", speed]
-        await launch(self._desk, out, *words)
+        await launch(self._desk, out, *_words(self._desk.folder.name(path), {**content, "out": name}))
         await note_of_start(self._desk, name, items, operator)
         return JSONResponse({"folder": name})
+
+    async def command(self, request: Request, content: dict[str, Any]) -> Response:  # noqa: ARG002 - its signature
+        """Return the command that does what the form says."""
+        words = _words(text_of(content, "campaign"), content)
+        return JSONResponse({"command": self._desk.commands.shown(*words)})
 
     def _free_name(self, campaign: str) -> str:
         """Return a name for the campaign's folder that nothing has yet."""
@@ -114,6 +114,18 @@ class Start:
         while (self._desk.folder.root / (name := stem if number == 1 else f"{stem}-{number}")).exists():
             number += 1
         return name
+
+
+def _words(campaign: str, content: dict[str, Any]) -> list[str]:
+    """Return the words of the command of a start, or of a rehearsal."""
+    out, specimen = text_of(content, "out"), text_of(content, "specimen") or "SPECIMEN"
+    words = ["run", word_of(campaign), "--out", word_of(out), "--yes-move", specimen]
+    if content.get("simulate") is True:
+        speed = text_of(content, "speed") or "1"
+        if speed not in SPEEDS:
+            raise BadInput("there is no such speed", remedy=f"give one of {', '.join(SPEEDS)}")
+        words += ["--simulate", "--speed", speed]
+    return words
 
 
 def _specimen_of(campaign: Campaign) -> str:

@@ -83,6 +83,11 @@ class RunList:
                 threading.Thread(target=self._renew_beside, name="archive", daemon=True).start()
             return self._rows or []
 
+    @property
+    def renewing(self) -> bool:
+        """Get whether it is being looked through anew: what it has may be old until then."""
+        return self._renewing
+
     def _renew_beside(self) -> None:
         try:
             self._renew()
@@ -217,6 +222,7 @@ class Archive:
                 "first": first,
                 "found": len(found),
                 "all": whole,
+                "renewing": self._list.renewing,
                 "command": self._command(request.query_params.get("where", "")),
             }
         )

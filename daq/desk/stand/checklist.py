@@ -48,8 +48,8 @@ def demand_ticked(items: Collection[str], ticked: object) -> None:
     left = [item for item in items if item not in done]
     if left:
         raise BadInput(
-            f"of the checklist is not ticked: {'; '.join(left)}",
-            remedy="look at it, then tick it; nothing was moved",
+            f"nothing was moved: of the checklist is not ticked: {'; '.join(left)}",
+            remedy="look at each, then tick it",
         )
 
 

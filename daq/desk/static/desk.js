@@ -45,7 +45,11 @@ const Desk = {
       const answer = await fetch(`/job/${job}`);
       if (!answer.ok) throw new Error("The desk has lost sight of it: look at the stand.");
       const said = await answer.json();
-      if (text.textContent !== said.text) text.textContent = said.text;
+      if (text.textContent !== said.text) {
+        const follows = text.scrollTop + text.clientHeight > text.scrollHeight - 8;  // nobody has scrolled back
+        text.textContent = said.text;
+        if (follows) text.scrollTop = text.scrollHeight;
+      }
       if (!said.running) {
         stop.hidden = true;
         return said;

@@ -72,12 +72,16 @@
       const content = said();
       unmark();
       Desk.say("The files are being written…");
+      form.inert = true;  // what is typed now would not be in them
       let made;
       try {
         made = await Desk.ask("/new", content);
       } catch (error) {
         if (!error.field || !Desk.byId(error.field)) throw error;
+        form.inert = false;  // or it takes no focus
         return Desk.say(mark(error.field, error.message), true);
+      } finally {
+        form.inert = false;
       }
       typed = false;
       Desk.sayNext("The files are written: look at them, and change what is yours.");

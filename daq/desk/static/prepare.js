@@ -18,29 +18,32 @@
     state.textContent = differs ? "changed, not saved" : "as in the file";
     for (const name of ["to-check", "to-start"])
       Desk.byId(name).title = differs ? "What is not saved is not taken there" : "";
+    Desk.byId("plan").setAttribute("aria-busy", "true"); // what it shows is of the text before
     clearTimeout(timer);
     timer = setTimeout(plan, Math.min(LONGEST_MS, Math.max(PLAN_AFTER_MS, took)));
   }
 
   async function plan() {
-    if (text.value === planned) return; // what is shown is of this very text
-    const mine = ++asked, place = Desk.byId("plan"), began = performance.now(), of = text.value;
+    const place = Desk.byId("plan"), of = text.value;
+    if (of === planned) return place.removeAttribute("aria-busy"); // what is shown is of this very text
+    const mine = ++asked, began = performance.now();
+    const goneOn = () => mine !== asked || text.value !== of; // then a newer plan is on its way
     planned = null;
     place.setAttribute("aria-busy", "true");
     try {
       const said = await Desk.ask("/prepare/plan", named({ page }));
-      if (mine !== asked) return; // the text has gone on
-      unmark();
       took = performance.now() - began;
+      if (goneOn()) return;
+      unmark();
       if (said.plan) place.innerHTML = said.plan;
       else wrong(said);
       if (said.plan) planned = of;
     } catch (error) {
-      if (mine !== asked) return;
+      if (goneOn()) return;
       Desk.say(error.message, true);
       noPlan(error.message); // what is shown there is of another text, or nothing yet
     } finally {
-      if (mine === asked) place.removeAttribute("aria-busy");
+      if (!goneOn()) place.removeAttribute("aria-busy");
     }
   }
 

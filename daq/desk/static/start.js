@@ -23,19 +23,35 @@
     Desk.byId("start").focus();
   });
 
+  const filled = () => ({
+    campaign,
+    out: Desk.byId("out").value,
+    operator: Desk.byId("operator").value,
+    specimen: Desk.byId("specimen").value,
+    ticked: [...form.querySelectorAll("[name=tick]:checked")].map((one) => one.value),
+    simulate: Desk.byId("simulate")?.checked ?? false,
+    speed: Desk.byId("speed")?.value ?? "1",
+  });
+  /** What the button and the command below say is what would be done: a rehearsal moves nothing real. */
+  let waiting = 0;
+  async function follow() {
+    const content = filled(), asked = JSON.stringify(content);
+    Desk.byId("start").textContent = content.simulate ? "Start the rehearsal: no real stand moves" : "Start: this moves the stand";
+    try {
+      const { command } = await Desk.ask("/start/command", content);
+      if (asked === JSON.stringify(filled())) document.querySelector(".command code").textContent = command;
+    } catch { /* it is said at the start */ }
+  }
+  form?.addEventListener("input", () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(follow, 250);
+  });
+
   form?.addEventListener("submit", (event) => {
     event.preventDefault();
     Desk.during(Desk.byId("start"), async () => {
       Desk.say("It is being started…");
-      const said = await Desk.ask("/start", {
-        campaign,
-        out: Desk.byId("out").value,
-        operator: Desk.byId("operator").value,
-        specimen: Desk.byId("specimen").value,
-        ticked: [...form.querySelectorAll("[name=tick]:checked")].map((one) => one.value),
-        simulate: Desk.byId("simulate")?.checked ?? false,
-        speed: Desk.byId("speed")?.value ?? "1",
-      });
+      const said = await Desk.ask("/start", filled());
       location.assign(`/campaign?folder=${encodeURIComponent(said.folder)}&live`);
     });
   });

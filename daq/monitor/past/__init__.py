@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         KeptHistory,
     )
     from bufferstand.daq.monitor.past.history import (
+        BACK_S,
         History,
     )
     from bufferstand.daq.monitor.past.journal_streams import (
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "BACK_S",
     "History",
     "JournalStreams",
     "KeptHistory",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -54,7 +55,11 @@ def _reduced(numbers: NDArray[np.int64], extremes: Extremes) -> tuple[NDArray[np
 
 
 def held(
-    time_s: Floats, values: Mapping[str, Floats], every_s: float, longest_s: float
+    time_s: Floats,
+    values: Mapping[str, Floats],
+    every_s: float,
+    longest_s: float,
+    since_s: float = -math.inf,
 ) -> tuple[Floats, dict[str, Floats]]:
     """Return samples that come seldom as a reader of the newest value sees them: again until the next one.
 
@@ -66,10 +71,16 @@ def held(
         So often a value is repeated [s].
     longest_s : float
         An interruption that lasts longer stays one [s].
+    since_s : float
+        Buckets of that width that end before this time [s] are not asked for: nothing is repeated for them.
     """
     steps = np.diff(time_s)
-    more = np.where((steps > every_s) & (steps <= longest_s), np.ceil(steps / every_s), 1.0).astype(np.int64)
-    times = np.append(more, 1)
+    seldom = (steps > every_s) & (steps <= longest_s)
+    if not seldom.any():
+        return time_s, dict(values)
+    more = np.append(np.where(seldom, np.ceil(steps / every_s), 1.0), 1.0)
+    skipped = np.clip(np.floor((since_s - time_s) / every_s), 0.0, more - 1.0).astype(np.int64)
+    times = more.astype(np.int64) - skipped
     rows = np.repeat(np.arange(len(time_s)), times)
-    nth = np.arange(len(rows)) - np.repeat(np.cumsum(times) - times, times)
+    nth = np.arange(len(rows)) - np.repeat(np.cumsum(times) - times - skipped, times)
     return time_s[rows] + nth * every_s, {name: one[rows] for name, one in values.items()}

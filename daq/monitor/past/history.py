@@ -16,8 +16,8 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from bufferstand.daq.monitor.past.answers import MOST_POINTS, answer
 from bufferstand.daq.monitor.past.buckets import Extremes, bucketed, coarser
-from bufferstand.daq.monitor.sample_rows import finite
 
 FINEST_S = 0.1
 """Width of the finest buckets [s of stand time]."""
@@ -26,8 +26,6 @@ LEVELS = 8
 """The coarsest level holds 38 days."""
 BUCKETS = 2000
 MOST_CHANNELS = 40
-MOST_POINTS = 1000
-"""Of an answer: more than a screen has columns for a chart."""
 BACK_S = 1.0
 """Where time goes back by more than this, another start has begun [s]."""
 NONE = -(1 << 62)
@@ -249,28 +247,15 @@ class History:
         Returns
         -------
         dict
-            ``t`` (middle of each bucket, s), ``values`` by channel (``low``, ``high``; None where nothing was
-            read), ``width_s`` of a bucket, ``first_s`` and ``last_s`` of all, and the ``channels`` there are
-            with their ``unit``. Of the finest level that holds the span in at most :data:`MOST_POINTS`.
+            As of :func:`~bufferstand.daq.monitor.past.answers.answer`, of the finest level that holds the
+            span in at most :data:`MOST_POINTS`.
         """
-        common = {"channels": [{"name": name, "unit": unit} for name, unit in self._units.items()]}
         if self._first_s is None:
-            return {**common, "t": [], "values": {}, "width_s": None, "first_s": None, "last_s": None}
+            return answer(self._units)
         from_s, to_s = max(from_s, self._first_s), min(to_s, self._last_s)
         level, numbers = self._fitting(from_s, to_s)
-        values = {}
-        for name in channels:
-            if name in self._units:
-                low, high = level.values(name, numbers)
-                values[name] = {"low": [finite(v) for v in low], "high": [finite(v) for v in high]}
-        return {
-            **common,
-            "t": np.round((numbers + 0.5) * level.width_s, 3).tolist(),
-            "values": values,
-            "width_s": level.width_s,
-            "first_s": self._first_s,
-            "last_s": self._last_s,
-        }
+        values = {name: level.values(name, numbers) for name in channels if name in self._units}
+        return answer(self._units, numbers, level.width_s, values, (self._first_s, self._last_s), 3)
 
     def _fitting(self, from_s: float, to_s: float) -> tuple[_Level, NDArray[np.int64]]:
         for level in self._levels:

@@ -53,7 +53,7 @@ class JournalStreams:
     @property
     def ahead_s(self) -> float:
         """Get by how much the host's clock is ahead of the controller's [s]; 0 before any anchor."""
-        return 0.0 if self.anchor is None else self.anchor.host_s - self.anchor.device_us / 1e6
+        return 0.0 if self.anchor is None else self.anchor.ahead_s
 
     def scaled(self, record: DataRecord, newest_us: int) -> ScaledBlock:
         """Return a record's samples in their units.

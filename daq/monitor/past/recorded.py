@@ -142,11 +142,7 @@ def _samples_of(path: Path, history: History) -> Iterator[Samples]:
 
 def _ahead_s(anchors: Sequence[Anchor]) -> float:
     """Return by how much the host's clock is ahead of the device's [s]: as the pair with least delay says."""
-    return min(map(_apart_s, anchors))
-
-
-def _apart_s(anchor: Anchor) -> float:
-    return anchor.host_s - anchor.device_us / 1e6
+    return min(anchor.ahead_s for anchor in anchors)
 
 
 def _of_run(path: Path, history: History) -> Iterator[Samples]:
@@ -173,7 +169,7 @@ def _of_journal(path: Path, history: History) -> Iterator[Samples]:
             if streams is None:
                 continue
             anchors = [one for one in records if isinstance(one, Anchor)]
-            streams.anchor = min(anchors, key=_apart_s, default=streams.anchor)
+            streams.anchor = min(anchors, key=lambda one: one.ahead_s, default=streams.anchor)
             if streams.anchor is None:
                 continue
             joined = _joined(records, streams)

@@ -24,7 +24,9 @@ def _wires(names: Sequence[str]) -> list[str]:
     return [name for name in STROKE_CHANNELS if name in names]
 
 
-def run_blocks(run: Run, names: Sequence[str], rows: int) -> Iterator[tuple[Floats, dict[str, Floats]]]:
+def run_blocks(
+    run: Run, names: Sequence[str], rows: int, only: Sequence[int] | None = None
+) -> Iterator[tuple[Floats, dict[str, Floats]]]:
     """Return channels of one stream of a run block by block, with the stroke that its draw wires give.
 
     Parameters
@@ -34,6 +36,8 @@ def run_blocks(run: Run, names: Sequence[str], rows: int) -> Iterator[tuple[Floa
         Channels of one stream.
     rows : int
         Of a block.
+    only : sequence of int, optional
+        As :meth:`~bufferstand.recording.runfile.Run.blocks`.
 
     Returns
     -------
@@ -46,7 +50,7 @@ def run_blocks(run: Run, names: Sequence[str], rows: int) -> Iterator[tuple[Floa
         As :meth:`~bufferstand.recording.runfile.Run.blocks`.
     """
     wires = _wires(names)
-    for block in run.blocks(names, rows):
+    for block in run.blocks(names, rows, only):
         values = {name: one.value for name, one in block.items()}
         if wires and "stroke" not in values:
             values["stroke"] = mean_stroke([block[name] for name in wires]).value

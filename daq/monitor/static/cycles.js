@@ -1,6 +1,6 @@
 // The cycles of the step under way: their figures as they come, and how they change.
 import { TrendChart } from "./charts.js";
-import { $, choices, fixed, make, put } from "./times.js";
+import { $, cell, choices, fixed, make, put } from "./times.js";
 
 let chart = null, shown = null, asked = {};
 
@@ -28,15 +28,18 @@ function table() {
   const wanted = asked.amplitude_mm;
   put("asked", wanted ? `Asked: ${fixed(asked.prestress_mm, 2)} ± ${fixed(wanted, 2)} mm${asked.frequency_Hz ? ` at ${fixed(asked.frequency_Hz, 3)} Hz` : ""}.` : "");
   const head = make("tr");
-  head.append(...[make("th", "", "cycle"), ...columns.map((one) => { const th = make("th", "", one.heading); th.scope = "col"; if (one.unit) th.append(" ", make("i", "", one.unit)); return th; })]);
+  head.setAttribute("role", "row");
+  head.append(...[{ heading: "cycle" }, ...columns].map((one) => { const th = make("th", "", one.heading); th.scope = "col"; th.setAttribute("role", "columnheader"); if (one.unit) th.append(" ", make("i", "", one.unit)); return th; }));
   $("cycle-head").replaceChildren(head);
   $("cycle-rows").replaceChildren(...[...shown.rows].reverse().map((row) => {
     const line = make("tr");
     line.title = row.missing || "";
-    line.append(make("td", "", row.n), ...columns.map((one) => make("td", "", fixed(row[one.name], one.decimals))));
+    line.setAttribute("role", "row");
+    line.append(cell(row.n, "cycle", row.missing ? ` – ${row.missing}` : ""), ...columns.map((one) => cell(fixed(row[one.name], one.decimals), one.heading, one.unit)));
     return line;
   }));
   $("cycles-none").hidden = shown.rows.length > 0;
+  $("trend").hidden = !shown.rows.length;
 }
 
 function draw() {

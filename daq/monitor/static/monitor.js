@@ -105,6 +105,7 @@ const show = {
   temperature(t) {
     const all = t.sensors.flatMap((s) => s.points.map((p) => p[0]));
     if (!all.length) return;
+    $("heat-none").hidden = true; $("heat-chart").hidden = false;
     const now = Math.max(...all), minutes = (points) => points.map(([at, v]) => [Math.round((at - now) / 0.6) / 100, v]);
     const order = [...t.sensors].sort((a, b) => Number(b.specimen) - Number(a.specimen)).filter((s) => s.points.length);
     const stop = state.sections.campaign?.temperature_stop_C ?? null;

@@ -39,8 +39,16 @@ export function make(tag, className, text) {
   return element;
 }
 export function put(id, text) { const element = $(id); if (element.textContent !== text) element.textContent = text; }
-export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace("-", "−"); }
+export function fixed(value, digits) { return value === null || value === undefined ? "–" : value.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−"); }
 export function choices(select, entries, chosen) {
   select.replaceChildren(...entries.map(([value, text]) => { const one = make("option", "", text); one.value = value; return one; }));
   select.value = entries.some(([value]) => value === chosen) ? chosen : entries[0]?.[0] ?? "";
+}
+// A cell of a table that a phone shows as labelled rows (monitor.css): laid out as blocks, it needs its role said.
+export function cell(text, label = "", unit = "") {
+  const td = make("td", text === "–" ? "none" : "", text);
+  td.setAttribute("role", "cell");
+  td.dataset.label = label;
+  td.dataset.unit = unit;
+  return td;
 }

@@ -42,6 +42,7 @@ function label(pane) { const unit = state.units.get(pane.select.value) || ""; pa
 export function isLive() { return !state.held && state.span === "live" && panes[0].select.value === "stroke" && panes[1].select.value === "force"; }
 export function showRows(t, s, f, now) {
   if (!isLive()) return;
+  put("trace-said", "");  // it was said of another span
   const xs = t.map((at) => at - now);
   panes[0].chart.show(xs, s, s, [-SPANS.live, 0], "seconds before now");
   panes[1].chart.show(xs, f, f, [-SPANS.live, 0], "seconds before now");

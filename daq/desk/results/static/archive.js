@@ -2,15 +2,17 @@
 const $ = (id) => document.getElementById(id);
 const COLUMNS = [["path", "run"], ["started_utc", "started (UTC)"], ["kind", "kind"], ["status", "status"], ["specimen", "specimen"], ["step", "step"], ["prestress_mm", "prestress mm"], ["amplitude_mm", "amplitude mm"], ["frequency_Hz", "frequency Hz"]];
 const asked = new URLSearchParams(location.search), ticked = new Set();
-let number = 0, last = null;
+const AGAIN_MS = 700;
+let number = 0, last = null, shown = "";
 function make(tag, text, className) { const e = document.createElement(tag); if (text !== undefined && text !== null) e.textContent = String(text); if (className) e.className = className; return e; }
 
 function head() {
   const line = make("tr"), sort = asked.get("sort") || "started_utc", down = asked.get("down") !== "0";
+  line.setAttribute("role", "row");
   for (const [name, heading] of COLUMNS) {
     const th = make("th"), button = make("button", heading);
     if (!name.endsWith("_mm") && name !== "frequency_Hz") th.className = "left";
-    th.scope = "col"; button.type = "button"; button.id = `by-${name}`;
+    th.scope = "col"; th.setAttribute("role", "columnheader"); button.type = "button"; button.id = `by-${name}`;
     if (sort === name) th.setAttribute("aria-sort", down ? "descending" : "ascending");
     button.addEventListener("click", () => { asked.set("down", sort === name && down ? "0" : sort === name ? "1" : "0"); asked.set("sort", name); asked.delete("first"); find(); });
     th.append(button); line.append(th);
@@ -37,6 +39,18 @@ function cell(row, name) {
   if (name === "step") return make("td", value ?? "–", "wrap");
   return make("td", name === "kind" && row.simulated === "yes" ? `${value} (simulated)` : value ?? "–", "left");
 }
+function line(row) {
+  const r = make("tr");
+  r.setAttribute("role", "row");
+  for (const [name, heading] of COLUMNS) {
+    const td = cell(row, name), [label, unit = ""] = heading.split(/ (?=mm|Hz)/);
+    td.setAttribute("role", "cell");
+    if (td.textContent === "–") td.classList.add("none");
+    else if (name !== "path") Object.assign(td.dataset, { label, unit });
+    r.append(td);
+  }
+  return r;
+}
 async function find() {
   const mine = ++number;
   history.replaceState(null, "", `/archive?${asked}`);
@@ -44,9 +58,14 @@ async function find() {
   if (mine !== number) return;
   $("where-problem").textContent = answer.ok ? "" : found.problem;
   if (!answer.ok) return;
+  // An old list is shown at once; once it is renewed what has changed is shown, and nothing is moved else.
+  if (found.renewing) setTimeout(() => { if (mine === number) find(); }, AGAIN_MS);
+  const now = JSON.stringify([found.rows, found.first, found.found, found.all, asked.toString()]);
+  if (now === shown) return;
+  shown = now;
   last = found;
   head();
-  $("archive").tBodies[0].replaceChildren(...found.rows.map((row) => { const r = make("tr"); r.append(...COLUMNS.map(([name]) => cell(row, name))); return r; }));
+  $("archive").tBodies[0].replaceChildren(...found.rows.map(line));
   const end = found.first + found.rows.length;
   $("count").textContent = found.found ? `${found.first + 1} to ${end} of ${found.found} found, ${found.all} in all` : `none found of ${found.all}`;
   $("back").disabled = found.first === 0; $("on").disabled = end >= found.found;

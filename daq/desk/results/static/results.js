@@ -24,8 +24,15 @@ function beside(value, u) {
   return value.toFixed(Math.min(Math.max(3 - Math.floor(Math.log10(u)), 0), 20)).replace("-", "−");
 }
 // an uncertainty that the decimals of the figure would make nothing keeps its own
-function pair([value, u], digits) { return value === null ? "–" : u === null || u === undefined ? fixed(value, digits) : `${fixed(value, digits)} ± ${u && !Number(u.toFixed(digits)) ? Number(u.toPrecision(1)) : fixed(u, digits)}`; }
+// with so many digits, or more where U has none of them otherwise: both to the same place
+function pair([value, u], digits) {
+  if (value === null || u === null || u === undefined) return fixed(value, digits);
+  const places = u && !Number(u.toFixed(digits)) ? Math.min(Math.ceil(-Math.log10(u)), 12) : digits;
+  return `${fixed(value, places)} ± ${fixed(u, places)}`;
+}
 function fill(table, rows) { table.tBodies[0].replaceChildren(...rows); }
+// on a phone a row is laid out as a card (results.css): for a screen reader it stays a row of a table
+function cards(line) { line.setAttribute("role", "row"); for (const td of line.cells) td.setAttribute("role", "cell"); return line; }
 function row(cells) { const r = make("tr"); r.append(...cells); return r; }
 
 const EXTREMES = [["force_max_kN", "greatest force", "kN", 1], ["stroke_max_mm", "greatest stroke", "mm", 1], ["temperature_max_C", "warmest", "°C", 1]];
@@ -40,9 +47,10 @@ function columns() {
 }
 function head() {
   const line = make("tr");
+  line.setAttribute("role", "row");
   for (const one of columns()) {
     const th = make("th"), button = make("button", one.heading);
-    th.scope = "col"; button.type = "button";
+    th.scope = "col"; th.setAttribute("role", "columnheader"); button.type = "button";
     if (one.unit) button.append(" ", make("i", one.unit));
     if (state.sort === one.name) th.setAttribute("aria-sort", state.down ? "descending" : "ascending");
     button.addEventListener("click", () => { state.down = state.sort === one.name ? !state.down : false; state.sort = one.name; showRuns(); document.querySelectorAll("#runs th button")[columns().findIndex((c) => c.name === one.name)].focus(); });
@@ -61,7 +69,9 @@ function showRuns() {
     box.type = "checkbox"; box.checked = state.ticked.has(r.path); box.disabled = !r.loop;
     box.addEventListener("change", () => { if (box.checked) state.ticked.add(r.path); else state.ticked.delete(r.path); loops(); });
     label.append(box, name); first.append(label, make("small", [r.id, r.specimen, r.status, r.simulated ? "simulated" : ""].filter(Boolean).join(" · ")));
-    return row([first, make("td", r.verdict || "–", r.verdict || ""), ...columns().slice(2).map((one) => make("td", one.told(r)))]);
+    const told = columns().slice(2).map((one) => Object.assign(make("td", one.told(r), one.told(r) === "–" ? "none" : ""), { one }));
+    for (const td of told) { td.dataset.label = td.one.heading; td.dataset.unit = td.one.unit || ""; }
+    return cards(row([first, make("td", r.verdict || "–", r.verdict || "none"), ...told]));
   }));
 }
 
@@ -109,7 +119,7 @@ function requirement(r, one) {
   const cells = [
     ["run", make("td", r.step || r.id, "wrap")], ["", make("td", one.requirement.startsWith(`${one.id}: `) ? one.requirement : `${one.id}: ${one.requirement}`, "wrap")], ["cycle", make("td", one.cycle ?? "")],
     ["measured", make("td", certain(one.measured, one.expanded_uncertainty))],
-    ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit ?? "")],
+    ["from", make("td", one.lower_limit ?? "")], ["to", make("td", one.upper_limit ?? "")], ["in", make("td", one.unit === "1" ? "" : one.unit ?? "")],
     ["probability", make("td", one.conformance_probability === null ? "" : one.conformance_probability.toFixed(3))],
     ["", make("td", one.verdict, `left verdict ${one.verdict}`)], ["", make("td", one.why, "wrap")],
   ];
