@@ -12,8 +12,8 @@ from tests.house.test_house import ROOT, committed_files
 
 PAGES = [path for path in committed_files() if path.suffix == ".md"]
 SOURCES = [path for path in committed_files() if path.suffix == ".py"]
-NOT_PAGES = {"comparison.md", "FILE.md"}
-"""What a command writes, and what stands for any file."""
+NOT_PAGES = {"comparison.md", "own.md", "FILE.md"}
+"""What a command writes, a laboratory's own text, and what stands for any file."""
 PAGE = re.compile(r"(?<![\w.])[\w/-]+\.md\b(?!\()")
 ROOMS = "cli|daq|drivers|evaluation|foundation|model|protocols|recording|tests|docs|sample_runs|benchmarks"
 FILE = re.compile(rf"`((?:{ROOMS})/(?![\w./-]*NAME)[\w./-]+\.(?:py|md|toml|csv|h5))`")
