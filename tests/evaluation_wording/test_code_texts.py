@@ -56,6 +56,14 @@ NOT_SHOWN = {
     "the limit set asks for: {asked}; take the item out, or name its set with --limits": "of an error",
 }
 """Texts of the other files that no report shows, and why not."""
+READING = ("recording/runfile", "evaluation/loading", "evaluation/record")
+"""Rooms that refuse a file of a run."""
+NO_PROBLEM = {
+    "a dataset needs the library xarray, which is not installed": "of a notebook",
+    "install it: {xarray}": "of a notebook",
+    "is {kind}; a run file has none such": "what is behind “is” is that of the file",
+}
+"""What these refuse besides, and why no report has it."""
 KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 NO_REASON = {
     KEYS: "said at the terminal",
@@ -155,6 +163,21 @@ def test_what_objects_say_of_themselves_is_said(code: Code) -> None:
         said = Language(code).say(text)
         assert said != text
         assert not ENGLISH.search(said)
+
+
+def test_why_a_run_is_not_in_a_report_has_a_translation() -> None:
+    """What is wrong with a file that could not be read or evaluated, and what to do about it."""
+    files = [file for room in READING for file in sorted((ROOT / room).rglob("*.py"))]
+    refused = [text for file in files for text in handed_texts(file, frozenset({"BadInput"}))]
+    assert len({form for text in refused for form in text.forms}) > 60
+    for code in TRANSLATED:
+        lacking = {
+            f"{text.file}:{text.line}: {form}"
+            for text in refused
+            for form in left_as_it_is(text, code)
+            if form not in NO_PROBLEM
+        }
+        assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 
 
 def test_what_is_left_out_is_there() -> None:
