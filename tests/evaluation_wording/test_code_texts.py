@@ -21,6 +21,9 @@ ROOMS = (
     "model/identified_range.py",
     "model/spring.py",
     "model/twin/alarming.py",
+    "recording/journal/records.py",
+    "recording/journal/segments.py",
+    "recording/sealing/seal_journal.py",
 )
 """Rooms and files whose texts stand in evaluation documents and run files, and so in reports."""
 STOPPING = tuple(
@@ -51,6 +54,9 @@ NO_REPORT = {
 NOT_SHOWN = {
     "by itself": "a key of a group of runs",
     "{least} or more": "of an error",
+    "nothing follows": "a kind of end, told in other words",
+    "record cut short": "a kind of end, told in other words",
+    "invalid record": "a kind of end, told in other words",
     "wiring of ": "the beginning of a guard's name",
     "plausibility of ": "the beginning of a guard's name",
     "the limit set asks for: {asked}; take the item out, or name its set with --limits": "of an error",
@@ -61,7 +67,7 @@ READING = ("recording/runfile", "evaluation/loading", "evaluation/record")
 NO_PROBLEM = {
     "a dataset needs the library xarray, which is not installed": "of a notebook",
     "install it: {xarray}": "of a notebook",
-    "is {kind}; a run file has none such": "what is behind “is” is that of the file",
+    "is {kind}; a run file has none such": "a link: its three kinds are messages of their own",
 }
 """What these refuse besides, and why no report has it."""
 KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
