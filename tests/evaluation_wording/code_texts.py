@@ -73,7 +73,7 @@ def handed_texts(file: Path, names: frozenset[str]) -> tuple[CodeText, ...]:
     """Return the texts that a file hands to what has one of the names, to ``Trip(…)`` for one."""
     walk = _Walk(file)
     calls = [node for node in ast.walk(walk.tree) if isinstance(node, ast.Call) and _name_of(node) in names]
-    given = [one for node in calls for one in (*node.args, *(word.value for word in node.keywords))]
+    given = [one for node in calls for one in (*node.args, *_words_of(node))]
     return tuple(text for node in given if (text := walk.text(node)) is not None)
 
 
@@ -263,6 +263,11 @@ class _Walk:
         if not any(forms):
             return []
         return list(dict.fromkeys(text for texts in forms for text in texts or ["{" + name.strip("_") + "}"]))
+
+
+def _words_of(node: ast.Call) -> list[ast.expr]:
+    """Return what is handed over by name, but for where something is wrong: it names files and keys."""
+    return [word.value for word in node.keywords if word.arg not in {"place", "file"}]
 
 
 def _name_of(node: ast.Call) -> str:

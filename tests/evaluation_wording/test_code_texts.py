@@ -21,6 +21,9 @@ ROOMS = (
     "model/identified_range.py",
     "model/spring.py",
     "model/twin/alarming.py",
+    "recording/journal/records.py",
+    "recording/journal/segments.py",
+    "recording/sealing/seal_journal.py",
 )
 """Rooms and files whose texts stand in evaluation documents and run files, and so in reports."""
 STOPPING = tuple(
@@ -51,11 +54,22 @@ NO_REPORT = {
 NOT_SHOWN = {
     "by itself": "a key of a group of runs",
     "{least} or more": "of an error",
+    "nothing follows": "a kind of end, told in other words",
+    "record cut short": "a kind of end, told in other words",
+    "invalid record": "a kind of end, told in other words",
     "wiring of ": "the beginning of a guard's name",
     "plausibility of ": "the beginning of a guard's name",
     "the limit set asks for: {asked}; take the item out, or name its set with --limits": "of an error",
 }
 """Texts of the other files that no report shows, and why not."""
+READING = ("recording/runfile", "evaluation/loading", "evaluation/record")
+"""Rooms that refuse a file of a run."""
+NO_PROBLEM = {
+    "a dataset needs the library xarray, which is not installed": "of a notebook",
+    "install it: {xarray}": "of a notebook",
+    "is {kind}; a run file has none such": "a link: its three kinds are messages of their own",
+}
+"""What these refuse besides, and why no report has it."""
 KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 NO_REASON = {
     KEYS: "said at the terminal",
@@ -155,6 +169,21 @@ def test_what_objects_say_of_themselves_is_said(code: Code) -> None:
         said = Language(code).say(text)
         assert said != text
         assert not ENGLISH.search(said)
+
+
+def test_why_a_run_is_not_in_a_report_has_a_translation() -> None:
+    """What is wrong with a file that could not be read or evaluated, and what to do about it."""
+    files = [file for room in READING for file in sorted((ROOT / room).rglob("*.py"))]
+    refused = [text for file in files for text in handed_texts(file, frozenset({"BadInput"}))]
+    assert len({form for text in refused for form in text.forms}) > 60
+    for code in TRANSLATED:
+        lacking = {
+            f"{text.file}:{text.line}: {form}"
+            for text in refused
+            for form in left_as_it_is(text, code)
+            if form not in NO_PROBLEM
+        }
+        assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 
 
 def test_what_is_left_out_is_there() -> None:
