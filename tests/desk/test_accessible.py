@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 
-from tests.desk.served import Served, laboratory, served
+from tests.desk.served import SAMPLES, Served, laboratory, served
 from tests.desk.tab import PHONE, WIDE, Tab
 from tests.monitor.browser import chromium, demand_axe, faults
 
+RUN = "old/001-static-5mm_s.h5"
 PAGES = {
     "/": "A-105-E-01",
     "/new": "Laboratory",
@@ -20,6 +24,10 @@ PAGES = {
     "/start?campaign=demo.toml": "Peak force",
     "/campaign": "None yet",
     "/campaign?folder=nowhere": "This cannot be shown",
+    "/results": "Of which campaign",
+    f"/results?{urlencode({'run': RUN})}": "not-tested",
+    "/archive": "001-static",
+    f"/archive/run?{urlencode({'path': RUN})}": "On record",
 }
 """Page → what it says once it is whole."""
 
@@ -27,6 +35,8 @@ PAGES = {
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     folder = laboratory(tmp_path_factory.mktemp("laboratory"))
+    (folder / "old").mkdir()
+    shutil.copy(SAMPLES / "runs" / Path(RUN).name, folder / "old")
     (folder / "checklist.toml").write_text('items = ["hall clear", "hoses tight"]\n')
     with served(folder) as it:
         yield it

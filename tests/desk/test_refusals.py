@@ -39,6 +39,7 @@ ACTS = {
     "/report/verify": {"path": "out/report/report.pdf"},
     "/campaign/live": {"folder": "out"},
     "/start/plan": {"campaign": "demo.toml"},
+    "/start/command": {"campaign": "demo.toml", "out": "out"},
 }
 TOKEN = "act-" + "c" * 20
 

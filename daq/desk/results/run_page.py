@@ -9,7 +9,7 @@ import numpy as np
 
 from bufferstand.foundation import BadInput
 from bufferstand.foundation.channels import STROKE_CHANNELS
-from bufferstand.recording.runfile import Run, open_run
+from bufferstand.recording.runfile import Run, open_run, simulated_of
 
 POINTS = 1200
 MOST_EVENTS = 300
@@ -31,6 +31,7 @@ def run_facts(path: Path) -> dict[str, Any]:
         "kind": run.kind,
         "status": run.status,
         "reason": run.reason,
+        "simulated": simulated_of(run.metadata),
         "facts": [(name, str(value)) for name, value in _facts(run) if value],
         "channels": [
             {
