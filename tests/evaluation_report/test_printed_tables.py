@@ -205,3 +205,17 @@ def test_a_last_page_of_a_few_lines_is_spared_where_the_report_can_be_set_closer
     assert [count for count, _ in counts] == sorted(count for count, _ in counts)
     assert len({count for count, _ in counts}) > 1, "none of them came to the end of a page"
     assert min(inked for _, inked in counts) > 0.35, counts
+
+
+def test_a_long_name_breaks_before_its_signs_and_only_where_it_must(report: Made) -> None:
+    key = "proof.load.F1.permanent_deformation_max_mm"
+    facts = (("Not filled in", Cell(f"no limit is set on these of them: {key}, {key[:-2]}kN, {key[:-2]}um")),)
+    pdf = render_pdf(only(report.content, Section("a", "First", (Sheet("Facts", facts),))), [])
+    for word in (key, f"{key[:-2]}kN", f"{key[:-2]}um"):
+        assert all(line[0] in "p._" for line in lines_of(pdf, word)), lines_of(pdf, word)
+    number = "A1234567890B-0.318Hz" * 3
+    row = (Cell(number, "code"), *(Cell("constant amplitude of twenty millimetres or so") for _ in range(4)))
+    table = Table("T", tuple(Column(name) for name in "abcde"), (row,))
+    lines = lines_of(render_pdf(only(report.content, Section("a", "First", (table,))), []), number)
+    assert len(lines) > 1
+    assert not any(line.startswith(".") or line.endswith(".") for line in lines), lines
