@@ -175,7 +175,7 @@ def lines_of(pdf: bytes, words: str) -> list[str]:
 def test_a_word_longer_than_its_column_is_broken_and_does_not_run_into_the_next(
     report: Made, tmp_path: Path
 ) -> None:
-    file = tmp_path / "own.md"
+    file = tmp_path / "own"
     file.write_text(
         f"| A | B | C | D |\n|---|---|---|---|\n| {LONG} | b | {LONG[::-1]} | zuletzt |\n", "utf-8"
     )
