@@ -75,7 +75,7 @@ def test_a_lead_in_is_a_note_and_a_cycle_lost_on_the_way_is_a_warning(report: Ma
     lost = "cycle 4: not evaluated, no figures: 80 samples lost"
     evaluated = {"warnings": [*entry["warnings"], lost], "notes": entry["notes"]}
     texts = warned(with_evaluated(report.source, 5, **evaluated))
-    assert f"Run 5: {lost}" in texts
+    assert f"Run 5: {lost}." in texts
     assert not [text for text in texts if text.startswith("Run 5: cycle") and lost not in text]
 
 

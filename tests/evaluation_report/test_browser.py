@@ -142,7 +142,7 @@ def test_on_a_phone_the_laboratory_s_own_parts_fit(browser: Any, report: Made, t
     wide, square = tmp_path / "wide.png", tmp_path / "square.png"
     Pixels.new("RGB", (2400, 400), (200, 0, 0)).save(wide)
     Pixels.new("RGB", (900, 900), (0, 0, 200)).save(square)
-    text = tmp_path / "own.md"
+    text = tmp_path / "own"
     text.write_text(
         "Run with `demo.toml --an-option-that-is-longer-than-the-screen-of-a-phone-is-wide`.", "utf-8"
     )

@@ -175,7 +175,7 @@ def lines_of(pdf: bytes, words: str) -> list[str]:
 def test_a_word_longer_than_its_column_is_broken_and_does_not_run_into_the_next(
     report: Made, tmp_path: Path
 ) -> None:
-    file = tmp_path / "own.md"
+    file = tmp_path / "own"
     file.write_text(
         f"| A | B | C | D |\n|---|---|---|---|\n| {LONG} | b | {LONG[::-1]} | zuletzt |\n", "utf-8"
     )
@@ -189,3 +189,33 @@ def test_a_word_longer_than_its_column_is_broken_and_does_not_run_into_the_next(
         right = max(box[2] for box in boxes(pdf, LONG))
         left = min(box[0] for box in boxes(pdf, "".join(beside.split())))
         assert right < left
+
+
+def test_a_last_page_of_a_few_lines_is_spared_where_the_report_can_be_set_closer(report: Made) -> None:
+    """Some lengths of a report would leave two lines and the end mark on a page of their own."""
+    counts = []
+    for rows in (56, 60, 64, 68, 80):
+        tables = (long_table(rows), *(long_table(6) for _ in range(5)))
+        section = Section("a", "First", (*tables, Texts(("The last sentence.",))))
+        content = only(report.content, section)
+        pages = pypdfium2.PdfDocument(io.BytesIO(render_pdf(content, [])))
+        last = np.asarray(pages[len(pages) - 1].render(scale=0.5).to_pil().convert("L"))
+        inked = np.flatnonzero((last[: round(0.93 * last.shape[0])] < 200).any(axis=1)).max() / last.shape[0]
+        counts.append((len(pages), inked))
+    assert [count for count, _ in counts] == sorted(count for count, _ in counts)
+    assert len({count for count, _ in counts}) > 1, "none of them came to the end of a page"
+    assert min(inked for _, inked in counts) > 0.35, counts
+
+
+def test_a_long_name_breaks_before_its_signs_and_only_where_it_must(report: Made) -> None:
+    key = "proof.load.F1.permanent_deformation_max_mm"
+    facts = (("Not filled in", Cell(f"no limit is set on these of them: {key}, {key[:-2]}kN, {key[:-2]}um")),)
+    pdf = render_pdf(only(report.content, Section("a", "First", (Sheet("Facts", facts),))), [])
+    for word in (key, f"{key[:-2]}kN", f"{key[:-2]}um"):
+        assert all(line[0] in "p._" for line in lines_of(pdf, word)), lines_of(pdf, word)
+    number = "A1234567890B-0.318Hz" * 3
+    row = (Cell(number, "code"), *(Cell("constant amplitude of twenty millimetres or so") for _ in range(4)))
+    table = Table("T", tuple(Column(name) for name in "abcde"), (row,))
+    lines = lines_of(render_pdf(only(report.content, Section("a", "First", (table,))), []), number)
+    assert len(lines) > 1
+    assert not any(line.startswith(".") or line.endswith(".") for line in lines), lines
