@@ -21,6 +21,7 @@ from typing import Any
 import orjson
 
 from bufferstand.foundation import BadInput, program
+from bufferstand.foundation.operating_system import is_lock_taken
 
 AT_ONCE = 2
 """So many commands that only look run at once; the acquisition goes first."""
@@ -161,6 +162,8 @@ class Commands:
         except OSError as error:
             raise BadInput(f"cannot be written: {error.strerror}", file=error.filename or log) from None
         with os.fdopen(handle, "wb") as stream, _told(secret) as (further, handles):
+            with suppress(OSError):  # a file system that knows no locks
+                is_lock_taken(handle)  # the command inherits it: it is held as long as that can write
             process = subprocess.Popen(
                 _whole((*words, *further), _WITH_PARENT if ends_with_desk else ("-m", "bufferstand")),
                 cwd=self._folder,
@@ -191,6 +194,13 @@ def _told(secret: tuple[str, str] | None) -> Iterator[tuple[tuple[str, ...], tup
         yield (option, f"/dev/fd/{reading}"), (reading,)
     finally:
         os.close(reading)
+
+
+def is_written(log: Path) -> bool:
+    """Return whether a command that a desk has begun with a log may still write to it."""
+    with suppress(OSError), log.open("rb") as stream:
+        return not is_lock_taken(stream.fileno(), shared=True)
+    return False
 
 
 def tail_of(log: Path, first: int = 0) -> str:

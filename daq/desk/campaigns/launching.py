@@ -7,7 +7,7 @@ from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 
-from bufferstand.daq.desk.commands import tail_of, word_of
+from bufferstand.daq.desk.commands import is_written, tail_of, word_of
 from bufferstand.daq.desk.shell import Desk
 from bufferstand.daq.operator import is_running
 from bufferstand.foundation import BadInput
@@ -17,6 +17,8 @@ LOG_NAME = "desk.log"
 BEGIN_S = 180.0
 """So long a command may take until the campaign answers or it has ended [s]."""
 LOOK_S = 0.2
+LAST_WORDS_S = 20.0
+"""So long a command whose campaign has ended may take until it has said so and is gone [s]."""
 
 
 async def launch(desk: Desk, folder: Path, *words: str, add: bool = False) -> None:
@@ -40,6 +42,7 @@ async def launch(desk: Desk, folder: Path, *words: str, add: bool = False) -> No
     if is_running(folder):
         raise BadInput("a campaign is running in this folder already", remedy="wait for its end, or stop it")
     log, fresh = folder / LOG_NAME, not folder.exists()
+    await _last_words(log)
     before = log.stat().st_size if add and log.exists() else 0
     process = desk.commands.begin(log, *words, add=add)
     loop = asyncio.get_running_loop()
@@ -61,6 +64,14 @@ async def launch(desk: Desk, folder: Path, *words: str, add: bool = False) -> No
             if line.startswith("bufferstand: ")
         ]
         raise BadInput("\n".join(lines) or said or "the command ended without a word")
+
+
+async def _last_words(log: Path) -> None:
+    """Wait until the command before has ended: what it says last is not what the next one says."""
+    loop = asyncio.get_running_loop()
+    end_s = loop.time() + LAST_WORDS_S
+    while is_written(log) and loop.time() < end_s:
+        await asyncio.sleep(LOOK_S)
 
 
 async def note_of_start(desk: Desk, name: str, items: Collection[str], operator: str) -> None:
