@@ -50,6 +50,11 @@ class _Pace(NamedTuple):
         """Return what it may be by chance [kN]."""
         return sigmas * self.least_kN + _student(sigmas, self.free) * self.scatter_kN
 
+    def is_beyond(self, sigmas: float) -> bool:
+        """Return whether it is more than it may be by chance; of most runs it is not, whatever the factor."""
+        size_kN = abs(self.moved_kN)
+        return size_kN > sigmas * (self.least_kN + self.scatter_kN) and size_kN > self.within(sigmas)
+
 
 def drift_of_loops(look: RunView) -> list[Finding]:
     """Return whether the loops of a harmonic run drift.
@@ -80,7 +85,7 @@ def drift_of_loops(look: RunView) -> list[Finding]:
     every = _Pace(size, whole_s, 1.0, least_kN, scatter_kN, sum(pace.free for pace in paces))
     stated = look.facts.force_uncertainty
     limit = max(SHARE * look.force.span, 0.0 if stated is None else stated.zero or 0.0)
-    told = [pace for pace in paces if abs(pace.moved_kN) > pace.within(TOLD)]
+    told = [pace for pace in paces if pace.is_beyond(TOLD)]
     steady = all(pace.moved_kN * size > 0.0 and pace.slower > STEADY for pace in told)
     # A zero that drifts knows of no steps; what slows down from one to the next is a spring that settles.
     mean = size / whole_s
