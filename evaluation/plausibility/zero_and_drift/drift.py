@@ -85,6 +85,8 @@ def drift_of_loops(look: RunView) -> list[Finding]:
     every = _Pace(size, whole_s, 1.0, least_kN, scatter_kN, sum(pace.free for pace in paces))
     stated = look.facts.force_uncertainty
     limit = max(SHARE * look.force.span, 0.0 if stated is None else stated.zero or 0.0)
+    if abs(size) <= limit or not every.is_beyond(SURE):
+        return []
     told = [pace for pace in paces if pace.is_beyond(TOLD)]
     steady = all(pace.moved_kN * size > 0.0 and pace.slower > STEADY for pace in told)
     # A zero that drifts knows of no steps; what slows down from one to the next is a spring that settles.
@@ -92,7 +94,7 @@ def drift_of_loops(look: RunView) -> list[Finding]:
     steady &= all(
         abs(rate - mean) <= pace.within(TOLD) / pace.lasts_s for pace, rate in zip(paces, rates, strict=True)
     )
-    if abs(size) <= max(limit, every.within(SURE)) or not steady:
+    if not steady:
         return []
     text = (
         f"force drifts by {size:+.3g} kN over the record: greatest and least force of the cycles move "
