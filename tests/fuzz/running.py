@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import io
 import logging
-import resource
 import signal
 import sys
 import threading
@@ -22,7 +21,7 @@ from types import FrameType
 from tests.fuzz.target import Altered, Case, Target
 
 MOST_KB = 1_500_000
-"""Resident memory of this process behind which an input has taken too much."""
+"""So much more than before is too much for an input: the process that reads it may hold a lot already."""
 LONGEST_LINE = 2000
 """Characters of a message."""
 WALL_RATIO = 30.0
@@ -122,7 +121,7 @@ def input_of(target: Target, case: Case, seed: int, number: int) -> bytes:
 def judged(target: Target, case: Case, content: bytes, told: Told) -> str:
     """Let a target read an input; return what is wrong with how it ended, empty where nothing is."""
     out = io.StringIO()
-    before = _memory_kB()
+    before = _held_kB()
     wrong = ""
     try:
         with redirect_stdout(out), redirect_stderr(out), bounded(target.cpu_s):
@@ -137,8 +136,8 @@ def judged(target: Target, case: Case, content: bytes, told: Told) -> str:
         wrong = f"{type(error).__name__}: {str(error)[:200]} ({_place(error)})"
     if "Traceback" in out.getvalue():
         wrong = wrong or f"it printed a traceback: {out.getvalue()[-300:]}"
-    if (after := _memory_kB()) > MOST_KB and after > before:
-        wrong = wrong or f"it took {after / 1e6:.1f} GB"
+    if (took := _most_held_kB() - before) > MOST_KB:
+        wrong = wrong or f"it took {took / 1e6:.1f} GB"
     return wrong or told.take()
 
 
@@ -176,8 +175,20 @@ def _badly_said(text: str) -> str:
     return ""
 
 
-def _memory_kB() -> int:  # noqa: N802
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+def _held_kB() -> int:  # noqa: N802
+    """Return the resident memory of this process, and let Linux forget what it was at most."""
+    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    return _status_kB("VmRSS")
+
+
+def _most_held_kB() -> int:  # noqa: N802
+    """Return the most resident memory of this process since :func:`_held_kB`."""
+    return _status_kB("VmHWM")
+
+
+def _status_kB(name: str) -> int:  # noqa: N802
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return int(next(line for line in lines if line.startswith(f"{name}:")).split()[1])
 
 
 def _place(error: Exception) -> str:
