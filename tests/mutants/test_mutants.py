@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutants import accepted, scores
+from tests.fresh_process import in_fresh_process
+from tests.mutants import accepted, running, scores
 from tests.mutants.accepted import Survivor, out_of_date, unexplained
 from tests.mutants.generating import ROOT, Mutant, is_set_up, mutants_of, placed
 from tests.mutants.in_place import InPlace
@@ -40,15 +41,21 @@ HAND = (
 )
 
 
+def tried(room: Path, mutants: list[Mutant], test: str) -> list[Outcome]:
+    """Return what becomes of mutants of the planted module, in a process that has run no other tests."""
+    del room
+    running.AND_S = 3.0
+    return list(try_all(PLANTED, mutants, [test], 1))
+
+
 def ends(outcomes: list[Outcome]) -> dict[str, str]:
     return {one.mutant.mutant: one.ended for one in outcomes}
 
 
 @pytest.mark.slow
-def test_a_good_test_kills_and_a_weak_one_lets_survive(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_good_test_kills_and_a_weak_one_lets_survive() -> None:
     """Inside functions, at import, for ever: each mutant ends as it must, under either test."""
-    monkeypatch.setattr("tests.mutants.running.AND_S", 3.0)
-    good = ends(list(try_all(PLANTED, changed(*HAND), [GOOD], 1)))
+    good = ends(in_fresh_process(tried, changed(*HAND), GOOD))
     assert good == {
         "if number >= MOST:": "survived",
         "if number < MOST:": "killed",
@@ -57,7 +64,7 @@ def test_a_good_test_kills_and_a_weak_one_lets_survive(monkeypatch: pytest.Monke
         "MOST = 4": "killed",
         "while True: pass": "timed out",
     }
-    weak = ends(list(try_all(PLANTED, changed(*HAND[1:5]), [WEAK], 1)))
+    weak = ends(in_fresh_process(tried, changed(*HAND[1:5]), WEAK))
     assert weak == {
         "if number < MOST:": "killed",
         "return number + 2": "survived",

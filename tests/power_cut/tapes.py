@@ -2,26 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import pickle
-import shutil
-import subprocess
-import sys
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from bufferstand.foundation.how_called import with_same_imports
+from tests.fresh_process import in_fresh_process
 from tests.power_cut.workloads import WORKLOADS, Done
-
-ROOT = Path(__file__).resolve().parents[2]
-PATIENCE_S = 300.0
-"""A workload takes seconds; a machine may be loaded."""
-_CHILD = (
-    "import sys; from pathlib import Path; from tests.power_cut.tapes import answer; "
-    "answer(Path(sys.argv[1]))"
-)
 
 SHARES = ("campaign", "recordings", "by hand", "campaign", "recordings")
 """Which workload a cut is of, in turn."""
@@ -41,8 +27,6 @@ def tape_of(workload: str) -> Done:
 def made(workload: str, before: Callable[[], object] = list) -> Done:
     """Do a workload in a fresh process: it takes over clocks and functions for the rest of its life.
 
-    Not in a forked one: what a thread of this process held would be held there for ever.
-
     Parameters
     ----------
     workload : str
@@ -53,36 +37,11 @@ def made(workload: str, before: Callable[[], object] = list) -> Done:
     Raises
     ------
     subprocess.TimeoutExpired
-        If it takes longer than :data:`PATIENCE_S`.
+        If it takes longer than :data:`tests.fresh_process.PATIENCE_S`.
     """
-    done = apart(_done, workload, before)
+    done = in_fresh_process(_done, workload, before)
     assert isinstance(done, Done)
     return done
-
-
-def apart(task: Callable[..., object], *facts: object) -> object:
-    """Return what a function of a module makes in a fresh process; so must what it is given be.
-
-    Raises
-    ------
-    subprocess.TimeoutExpired
-        If it takes longer than :data:`PATIENCE_S`.
-    """
-    folder = Path(tempfile.mkdtemp(prefix="tape-")).resolve()
-    try:
-        (folder / "asked").write_bytes(pickle.dumps((task, facts)))
-        command = [sys.executable, "-P", "-c", _CHILD, str(folder)]
-        subprocess.run(command, env=with_same_imports(), cwd=ROOT, timeout=PATIENCE_S, check=True)
-        return pickle.loads((folder / "made").read_bytes())
-    finally:
-        shutil.rmtree(folder)
-
-
-def answer(folder: Path) -> None:
-    """Do what :func:`apart` asks for, in its process; and end there, whatever threads are left."""
-    task, facts = pickle.loads((folder / "asked").read_bytes())
-    (folder / "made").write_bytes(pickle.dumps(task(folder, *facts)))
-    os._exit(0)
 
 
 def _done(folder: Path, workload: str, before: Callable[[], object]) -> Done:

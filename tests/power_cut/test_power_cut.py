@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.fresh_process import in_fresh_process
 from tests.power_cut import tape as tape_module
 from tests.power_cut.cuts import cut
 from tests.power_cut.disk import MANNERS, as_left, put_on
 from tests.power_cut.tape import SyncBegins, Synced, found_on, taped
-from tests.power_cut.tapes import apart, made, share, tape_of
+from tests.power_cut.tapes import made, share, tape_of
 from tests.power_cut.workloads import WORKLOADS
 
 SEED = 0
@@ -35,7 +36,7 @@ def again(number: int) -> str:
 @pytest.mark.parametrize("workload", WORKLOADS)
 def test_the_tape_has_all_that_was_written_and_what_was_promised(workload: str) -> None:
     """A call that the tape does not follow would be one that no cut can lose."""
-    assert apart(same_again, workload) is True
+    assert in_fresh_process(same_again, workload) is True
     assert sum(isinstance(one, Synced) for one in tape_of(workload).tape.entries) >= 10
 
 
