@@ -17,7 +17,13 @@ from tests.evaluation_wording.messages import ROOT, TRANSLATED
 
 ROOMS = (
     "evaluation",
+    "daq/acquisition/catching_up.py",
+    "daq/acquisition/outage.py",
+    "daq/acquisition/suspend_check.py",
     "daq/motions/force_rows.py",
+    "daq/motions/release_bound.py",
+    "daq/motions/safe_stop.py",
+    "daq/motions/stop_observer.py",
     "model/identified_range.py",
     "model/spring.py",
     "model/twin/alarming.py",
@@ -36,6 +42,8 @@ STOPPING = tuple(
 """Rooms that stop a run, or note what happened in it."""
 GUARDS_SAY = frozenset({"Trip", "SignalDoubt", "_doubt", "_scaled_doubt"})
 """What is handed what a guard says: a trip, and a doubt of a signal, which a trip tells."""
+HALTS = frozenset({"Halt", "_latch_fault", "_refuse", "trip_at", "trip_of"})
+"""What is handed why the program itself stops: the controller, its wire, the operator, the disk."""
 EVENTS = frozenset({"say", "event"})
 """What is handed an event of a run: a report has the last one of a run that ended early."""
 NO_REPORT = {
@@ -73,6 +81,7 @@ NO_PROBLEM = {
 KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 NO_REASON = {
     KEYS: "said at the terminal",
+    "start temperature": "the name of a guard",
     "fallen off": "a kind of doubt",
     "no heat": "a kind of doubt",
     "follows the specimen": "a kind of doubt",
@@ -83,7 +92,11 @@ NO_REASON = {
     "{calibration}, or [limits] machine_stiffness_kN_per_mm": "two keys",
 }
 """What guards hand over besides, and what it is."""
-LIKELY = {"lacking": "cycle 7"}
+LIKELY = {
+    "lacking": "cycle 7",
+    **dict.fromkeys(("reading", "others", "broken", "silent"), ""),
+    "stop": "force 7 kN (7), stroke 7 mm, valve off, after 7 s",
+}
 LIKELY_OF_GUARDS = {"more": "", "beside": "", "fault": ": its sign is turned"}
 """Facts that are no number, and one of their values."""
 TWO_WORDS = re.compile(r"[A-Za-z]{2,}.* .*[A-Za-z]{2,}|[A-Za-z]{2,} .*[A-Za-z]{2,}", re.DOTALL)
@@ -133,8 +146,13 @@ def test_every_text_that_can_reach_a_report_has_a_translation(texts: list[CodeTe
     assert lacking == [], f"no message of the context evaluation in {code}.po has this form"
 
 
-@pytest.mark.parametrize(("say", "least"), [(GUARDS_SAY, 150), (EVENTS, 15)])
-def test_what_is_said_while_a_run_is_made_has_a_translation(say: frozenset[str], least: int) -> None:
+@pytest.mark.parametrize(
+    ("say", "least", "likely"),
+    [(GUARDS_SAY, 150, LIKELY_OF_GUARDS), (HALTS, 25, LIKELY), (EVENTS, 15, LIKELY_OF_GUARDS)],
+)
+def test_what_is_said_while_a_run_is_made_has_a_translation(
+    say: frozenset[str], least: int, likely: Mapping[str, str]
+) -> None:
     """Why a run was stopped, and what was noted in it: it is in the run's file, so in reports."""
     files = sorted(file for room in STOPPING for file in (ROOT / room).rglob("*.py"))
     reasons = [text for file in files for text in handed_texts(file, say)]
@@ -143,7 +161,7 @@ def test_what_is_said_while_a_run_is_made_has_a_translation(say: frozenset[str],
         lacking = {
             f"{text.file}:{text.line}: {form}"
             for text in reasons
-            for form in left_as_it_is(text, code, LIKELY_OF_GUARDS)
+            for form in left_as_it_is(text, code, likely)
             if form not in NO_REASON
         }
         assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"

@@ -1,0 +1,52 @@
+"""Reasons in a row: each part is said on its own, and words that nobody foresaw stay as they are."""
+
+from __future__ import annotations
+
+import pytest
+
+from bufferstand.evaluation.wording import Code, Language
+from tests.evaluation_wording.messages import TRANSLATED
+from tests.evaluation_wording.test_code_texts import ENGLISH
+
+STOPPED = "safe stop: force 0.4 kN (channel force_2, zero taken off; force shows 31.5 kN), stroke 1.2 mm, "
+NOT_OFF = "VALVE NOT OFF (state moving), after 12.3 s; NOT SAFE: use the stand's emergency stop"
+WHOLE = (
+    STOPPED + NOT_OFF,
+    STOPPED + NOT_OFF + " (watchdog not fed: it hums; the release did not end in time)",
+    (
+        "safe stop by the controller itself: force 0.0 kN (the controller's own reading), stroke 0.3 mm, valve "
+        "off, after 1.0 s (a guard demanded an emergency after the hold: released at once)"
+    ),
+    (
+        "nothing was sent: another program may have the stand (it hums); last seen: force 3.0 kN (the "
+        "controller's own reading), stroke 1.0 mm, valve off, after 0.1 s; NOT SAFE: it is not this program's to "
+        "stop; look at the stand, which has its emergency stop"
+    ),
+)
+
+
+@pytest.mark.parametrize("code", TRANSLATED)
+@pytest.mark.parametrize("text", WHOLE)
+def test_a_safe_stop_that_went_wrong_is_said(code: Code, text: str) -> None:
+    said = Language(code).say(text)
+    assert said != text
+    assert not ENGLISH.search(said)
+
+
+def test_what_nobody_foresaw_stays_as_it_is() -> None:
+    text = f"{STOPPED}{NOT_OFF} (hold: it hums; nobody knows why; released at once)"
+    assert Language("de").say(text) == (
+        "sicherer Halt: Kraft 0,4 kN (Kanal force_2, Nullpunkt abgezogen; force zeigt 31,5 kN), Hub 1,2 mm, "
+        "VENTIL NICHT AUS (Zustand moving), nach 12,3 s; NICHT SICHER: den Not-Halt des Prüfstands benutzen "
+        "(Halten: it hums; nobody knows why; sofort entlastet)"
+    )
+
+
+def test_a_text_that_nobody_knows_is_not_said_by_halves() -> None:
+    text = "it hums; nobody knows why (the release did not end in time)"
+    assert Language("de").say(text) == text
+
+
+def test_french_has_its_own_signs_between_reasons() -> None:
+    said = Language("fr").say("the controller or its wire failed: its watchdog had not been fed yet; it hums")
+    assert said.endswith("n’avait pas encore été alimenté\N{NO-BREAK SPACE}; it hums")
