@@ -30,7 +30,7 @@ _FACT = re.compile(r"\{(\w+)\}")
 _WORDS = re.compile(r"[A-Za-z]{2}")
 _BETWEEN = "; "
 _FRENCH_BETWEEN = "\u00a0; "
-_WRITTEN = frozenset({"section", "table"})
+_WRITTEN = frozenset({"address", "register", "section", "sequence", "table"})
 """Facts that look like numbers and are none."""
 _TOLD = frozenset({"why", "text"})
 """Facts that are texts of the evaluation themselves: without a translation of theirs there is none at all."""
@@ -41,7 +41,8 @@ _LONGEST = 6
 _NAMES = re.compile(r"[\w*.-]+(?:, [\w*.-]+)* and [\w*.-]+")
 """Names of files and documents in a row."""
 _OF_FACT = {
-    "address": r"[^ ]+(?: [(][^()]*[)])?",
+    "address": r"[^ ]+(?: [(][^()]*[)])?(?: unit \d+)?",
+    "request": r"(?:(?:adjusting|arming|exchanging|reading|starting|writing) .+?|\d+)",
     "device": r"[\w.-]+(?: [\w.-]+)?",
     "number": r"\d+",
     "numbers": r"\d+(?:(?:, | to )\d+)*",

@@ -23,7 +23,7 @@ from tests.evaluation_wording.messages import (
 
 FACT = re.compile(r"\{(\w+)\}")
 NUMBER = re.compile("[0-9]+(?:[.,\u202f][0-9]+)*")
-EVALUATING = ("evaluation", "daq", "model", "recording", "foundation")
+EVALUATING = ("evaluation", "daq", "drivers", "model", "recording", "foundation")
 """Rooms whose texts stand in evaluation documents and run files."""
 
 

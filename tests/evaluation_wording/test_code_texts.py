@@ -24,6 +24,9 @@ ROOMS = (
     "daq/motions/release_bound.py",
     "daq/motions/safe_stop.py",
     "daq/motions/stop_observer.py",
+    "drivers/controllers/ring_reader.py",
+    "drivers/modbus/link.py",
+    "drivers/modbus/wires.py",
     "model/identified_range.py",
     "model/spring.py",
     "model/twin/alarming.py",
@@ -46,6 +49,15 @@ HALTS = frozenset({"Halt", "_latch_fault", "_refuse", "trip_at", "trip_of"})
 """What is handed why the program itself stops: the controller, its wire, the operator, the disk."""
 EVENTS = frozenset({"say", "event"})
 """What is handed an event of a run: a report has the last one of a run that ended early."""
+DRIVERS = ("drivers/controllers",)
+"""Rooms whose words about a device, or its wire, stand behind a reason, or are an event of a run."""
+FAULTS = frozenset(
+    {
+        *("DeviceFault", "NotInCharge", "WireLost", "CommandRejected", "ModbusRefusal"),
+        *("fault", "lost", "note", "distrust", "AlteredBlock", "DoubtfulBlock", "CannotOpenError"),
+    }
+)
+"""What is handed what a driver says."""
 NO_REPORT = {
     "evaluation/archive": "settings, tables and messages of whole archives; a report has none of them",
     "evaluation/catalogue": "names and definitions of quantities: the messages of the code have the names",
@@ -95,6 +107,7 @@ NO_REASON = {
 LIKELY = {
     "lacking": "cycle 7",
     **dict.fromkeys(("reading", "others", "broken", "silent"), ""),
+    "further": "given up",
     "stop": "force 7 kN (7), stroke 7 mm, valve off, after 7 s",
 }
 LIKELY_OF_GUARDS = {"more": "", "beside": "", "fault": ": its sign is turned"}
@@ -163,6 +176,18 @@ def test_what_is_said_while_a_run_is_made_has_a_translation(
             for text in reasons
             for form in left_as_it_is(text, code, likely)
             if form not in NO_REASON
+        }
+        assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
+
+
+def test_what_drivers_say_has_a_translation() -> None:
+    """Why a wire or a device failed: behind the reason of a run that ended early, or its last event."""
+    files = [file for room in DRIVERS for file in sorted((ROOT / room).rglob("*.py"))]
+    words = [text for file in files for text in handed_texts(file, FAULTS)]
+    assert len({form for text in words for form in text.forms}) > 50
+    for code in TRANSLATED:
+        lacking = {
+            f"{text.file}:{text.line}: {form}" for text in words for form in left_as_it_is(text, code, LIKELY)
         }
         assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 

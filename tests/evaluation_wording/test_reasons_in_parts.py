@@ -14,13 +14,13 @@ WHOLE = (
     STOPPED + NOT_OFF,
     STOPPED + NOT_OFF + " (watchdog not fed: it hums; the release did not end in time)",
     (
-        "safe stop by the controller itself: force 0.0 kN (the controller's own reading), stroke 0.3 mm, valve "
-        "off, after 1.0 s (a guard demanded an emergency after the hold: released at once)"
+        "safe stop by the controller itself: force 0.0 kN (the controller's own reading), stroke 0.3 mm, "
+        "valve off, after 1.0 s (a guard demanded an emergency after the hold: released at once)"
     ),
     (
         "nothing was sent: another program may have the stand (it hums); last seen: force 3.0 kN (the "
-        "controller's own reading), stroke 1.0 mm, valve off, after 0.1 s; NOT SAFE: it is not this program's to "
-        "stop; look at the stand, which has its emergency stop"
+        "controller's own reading), stroke 1.0 mm, valve off, after 0.1 s; NOT SAFE: it is not this "
+        "program's to stop; look at the stand, which has its emergency stop"
     ),
 )
 
@@ -50,3 +50,48 @@ def test_a_text_that_nobody_knows_is_not_said_by_halves() -> None:
 def test_french_has_its_own_signs_between_reasons() -> None:
     said = Language("fr").say("the controller or its wire failed: its watchdog had not been fed yet; it hums")
     assert said.endswith("n’avait pas encore été alimenté\N{NO-BREAK SPACE}; it hums")
+
+
+FAILED = "the controller or its wire failed: controller at 127.0.0.1:15020 unit 1: "
+LATE = "no reply within 0.5 s, twice"
+CABLE = "look at the network cable, the controller's load, and whether a second program talks to it"
+WIRES = (
+    f"{FAILED}exchanging the sample ring (FC23, 9 registers from 40001): {LATE}; {CABLE}",
+    (
+        f"{FAILED}reading status (FC3, 12 registers from 0): refused with Modbus exception 4 (device "
+        "failure); look at the register profile and the state of the controller"
+    ),
+    (
+        f"{FAILED}no connection within 0.5 s; is it switched on, the network cable in, and the host "
+        "right?; not fed for 2.1 s, its watchdog (2 s) acts by itself"
+    ),
+    (
+        f"{FAILED}two blocks of samples running cannot be true: the block begins at sequence 70000, "
+        "before 70400 which was asked for: the controller has restarted, or another program reads its ring; look at the "
+        "controller's event log, and whether a second program talks to it"
+    ),
+    (
+        f"{FAILED}it has dropped this program's right to give commands (it was started anew, or got no "
+        "heartbeat for 10 s); nothing more is sent to it"
+    ),
+    (
+        f"{STOPPED}{NOT_OFF} (status: controller at 127.0.0.1:502 unit 1: reading status (FC3, 12 "
+        f"registers from 0): {LATE}; {CABLE})"
+    ),
+)
+
+
+@pytest.mark.parametrize("code", TRANSLATED)
+@pytest.mark.parametrize("text", WIRES)
+def test_a_wire_or_controller_that_failed_is_said(code: Code, text: str) -> None:
+    said = Language(code).say(text)
+    assert said != text
+    assert not ENGLISH.search(said)
+
+
+def test_addresses_and_registers_are_written_as_they_are() -> None:
+    assert Language("de").say(WIRES[0]) == (
+        "die Steuerung oder ihre Leitung fiel aus: Steuerung bei 127.0.0.1:15020 Gerät 1: Austausch: "
+        "Ringspeicher der Messwerte (FC23, 9 Register ab 40001): keine Antwort innerhalb von 0,5 s, "
+        "zweimal; Netzwerkkabel und Auslastung (Steuerung) prüfen, und ob ein zweites Programm mit ihr spricht"
+    )
