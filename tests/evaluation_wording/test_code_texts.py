@@ -24,9 +24,14 @@ ROOMS = (
     "daq/motions/release_bound.py",
     "daq/motions/safe_stop.py",
     "daq/motions/stop_observer.py",
+    "drivers/amplifiers/host_stamps.py",
+    "drivers/amplifiers/aed/values.py",
     "drivers/controllers/ring_reader.py",
     "drivers/modbus/link.py",
     "drivers/modbus/wires.py",
+    "drivers/thermometers/bus.py",
+    "drivers/thermometers/ds18b20.py",
+    "foundation/channels/plausibility.py",
     "model/identified_range.py",
     "model/spring.py",
     "model/twin/alarming.py",
@@ -49,7 +54,8 @@ HALTS = frozenset({"Halt", "_latch_fault", "_refuse", "trip_at", "trip_of"})
 """What is handed why the program itself stops: the controller, its wire, the operator, the disk."""
 EVENTS = frozenset({"say", "event"})
 """What is handed an event of a run: a report has the last one of a run that ended early."""
-DRIVERS = ("drivers/controllers",)
+CONTROLLERS = ("drivers/controllers",)
+SENSORS = ("drivers/acquisition", "drivers/amplifiers", "drivers/thermometers")
 """Rooms whose words about a device, or its wire, stand behind a reason, or are an event of a run."""
 FAULTS = frozenset(
     {
@@ -57,7 +63,9 @@ FAULTS = frozenset(
         *("fault", "lost", "note", "distrust", "AlteredBlock", "DoubtfulBlock", "CannotOpenError"),
     }
 )
-"""What is handed what a driver says."""
+"""What is handed what the driver of a controller says."""
+SENSORS_SAY = frozenset({"_fault", "complain", "refuse", "SensorFault"})
+"""What is handed what a sensor's driver says while it reads; it is set up before a run."""
 NO_REPORT = {
     "evaluation/archive": "settings, tables and messages of whole archives; a report has none of them",
     "evaluation/catalogue": "names and definitions of quantities: the messages of the code have the names",
@@ -180,11 +188,16 @@ def test_what_is_said_while_a_run_is_made_has_a_translation(
         assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 
 
-def test_what_drivers_say_has_a_translation() -> None:
+@pytest.mark.parametrize(
+    ("rooms", "say", "least"),
+    [(CONTROLLERS, FAULTS, 50), (SENSORS, SENSORS_SAY, 20)],
+    ids=["controllers", "sensors"],
+)
+def test_what_drivers_say_has_a_translation(rooms: tuple[str, ...], say: frozenset[str], least: int) -> None:
     """Why a wire or a device failed: behind the reason of a run that ended early, or its last event."""
-    files = [file for room in DRIVERS for file in sorted((ROOT / room).rglob("*.py"))]
-    words = [text for file in files for text in handed_texts(file, FAULTS)]
-    assert len({form for text in words for form in text.forms}) > 50
+    files = [file for room in rooms for file in sorted((ROOT / room).rglob("*.py"))]
+    words = [text for file in files for text in handed_texts(file, say)]
+    assert len({form for text in words for form in text.forms}) > least
     for code in TRANSLATED:
         lacking = {
             f"{text.file}:{text.line}: {form}" for text in words for form in left_as_it_is(text, code, LIKELY)

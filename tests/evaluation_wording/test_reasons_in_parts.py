@@ -67,8 +67,8 @@ WIRES = (
     ),
     (
         f"{FAILED}two blocks of samples running cannot be true: the block begins at sequence 70000, "
-        "before 70400 which was asked for: the controller has restarted, or another program reads its ring; look at the "
-        "controller's event log, and whether a second program talks to it"
+        "before 70400 which was asked for: the controller has restarted, or another program reads its "
+        "ring; look at the controller's event log, and whether a second program talks to it"
     ),
     (
         f"{FAILED}it has dropped this program's right to give commands (it was started anew, or got no "
@@ -79,6 +79,37 @@ WIRES = (
         f"registers from 0): {LATE}; {CABLE})"
     ),
 )
+SENSORS = (
+    (
+        "specimen has given no true reading for 12.0 s (limit 10 s; last true reading 24.00 °C): "
+        "temperature_1 (in the bore, 28-0000073d1a52): not on the bus; look at plug and cable, "
+        "and at the ROM in the stand file"
+    ),
+    (
+        "force_2 has delivered nothing for 3.0 s (limit 2 s): force_2 at /dev/ttyUSB0: silent for 1.2 s; "
+        "look at cable, power and port"
+    ),
+    (
+        "force_2: force_2 at /dev/ttyUSB0: the spacing of its frames was lost (count since the start: 2); "
+        "look at cable, shield and baud rate"
+    ),
+    (
+        "stroke_1: stroke_1 reads 0 counts (≤ 100), an end of its converter: a draw wire at its end, or its "
+        "cable broken; look at the wire, its plug and its supply"
+    ),
+    (
+        "temperature_1: 5 times in this run: temperature_1 (at the foot, 28-1): the data line is shorted; "
+        "look at plugs and crushed cables"
+    ),
+)
+
+
+@pytest.mark.parametrize("code", TRANSLATED)
+@pytest.mark.parametrize("text", SENSORS)
+def test_a_sensor_that_stopped_is_said(code: Code, text: str) -> None:
+    said = Language(code).say(text)
+    assert said != text
+    assert not ENGLISH.search(said.replace("in the bore", "").replace("at the foot", ""))
 
 
 @pytest.mark.parametrize("code", TRANSLATED)
@@ -93,5 +124,6 @@ def test_addresses_and_registers_are_written_as_they_are() -> None:
     assert Language("de").say(WIRES[0]) == (
         "die Steuerung oder ihre Leitung fiel aus: Steuerung bei 127.0.0.1:15020 Gerät 1: Austausch: "
         "Ringspeicher der Messwerte (FC23, 9 Register ab 40001): keine Antwort innerhalb von 0,5 s, "
-        "zweimal; Netzwerkkabel und Auslastung (Steuerung) prüfen, und ob ein zweites Programm mit ihr spricht"
+        "zweimal; Netzwerkkabel und Auslastung (Steuerung) prüfen, und ob ein zweites Programm mit ihr "
+        "spricht"
     )
