@@ -24,6 +24,11 @@ ROOMS = (
     "daq/motions/release_bound.py",
     "daq/motions/safe_stop.py",
     "daq/motions/stop_observer.py",
+    "daq/strokes/correction_steps.py",
+    "daq/strokes/knowledge.py",
+    "daq/strokes/sine_command.py",
+    "daq/zero/first_contact.py",
+    "daq/zero/limits.py",
     "drivers/amplifiers/host_stamps.py",
     "drivers/amplifiers/aed/values.py",
     "drivers/controllers/ring_reader.py",
@@ -44,15 +49,15 @@ STOPPING = tuple(
     f"daq/{room}"
     for room in (
         *("acquisition", "campaign", "guards", "motions", "operator"),
-        *("strokes", "twin", "warm_up", "zero"),
+        *("stand", "strokes", "twin", "warm_up", "zero"),
     )
 )
 """Rooms that stop a run, or note what happened in it."""
 GUARDS_SAY = frozenset({"Trip", "SignalDoubt", "_doubt", "_scaled_doubt"})
 """What is handed what a guard says: a trip, and a doubt of a signal, which a trip tells."""
-HALTS = frozenset({"Halt", "_latch_fault", "_refuse", "trip_at", "trip_of"})
+HALTS = frozenset({"Halt", "NoContactError", "_latch_fault", "_refusal", "_refuse", "trip_at", "trip_of"})
 """What is handed why the program itself stops: the controller, its wire, the operator, the disk."""
-EVENTS = frozenset({"say", "event"})
+EVENTS = frozenset({"say", "event", "once"})
 """What is handed an event of a run: a report has the last one of a run that ended early."""
 CONTROLLERS = ("drivers/controllers",)
 SENSORS = ("drivers/acquisition", "drivers/amplifiers", "drivers/thermometers")
@@ -82,6 +87,13 @@ NO_REPORT = {
 NOT_SHOWN = {
     "by itself": "a key of a group of runs",
     "{least} or more": "of an error",
+    **dict.fromkeys(
+        (
+            *("[zero] travel_max_mm", "[zero] stroke_max_mm", "[guards] zero_force_max_kN"),
+            ", more than {apart_mm} mm ({wires_apart}): align the specimen, or hook the wires in anew",
+        ),
+        "a setting, or a piece of a message that is told whole",
+    ),
     "nothing follows": "a kind of end, told in other words",
     "record cut short": "a kind of end, told in other words",
     "invalid record": "a kind of end, told in other words",
@@ -101,6 +113,10 @@ NO_PROBLEM = {
 KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 NO_REASON = {
     KEYS: "said at the terminal",
+    "waits for the controller to come to rest by itself{at_most}: {what} ({shown}); nothing is written to it "
+    "meanwhile, Ctrl-C ends the wait": "said at the terminal",
+    "the controller is at rest, and nobody has it, after {began_s} s: going on": "said at the terminal",
+    "{why}; the stand was not touched": "a motion by hand, of which there is no run",
     "start temperature": "the name of a guard",
     "fallen off": "a kind of doubt",
     "no heat": "a kind of doubt",
@@ -169,7 +185,7 @@ def test_every_text_that_can_reach_a_report_has_a_translation(texts: list[CodeTe
 
 @pytest.mark.parametrize(
     ("say", "least", "likely"),
-    [(GUARDS_SAY, 150, LIKELY_OF_GUARDS), (HALTS, 25, LIKELY), (EVENTS, 15, LIKELY_OF_GUARDS)],
+    [(GUARDS_SAY, 150, LIKELY_OF_GUARDS), (HALTS, 35, LIKELY), (EVENTS, 15, LIKELY_OF_GUARDS)],
 )
 def test_what_is_said_while_a_run_is_made_has_a_translation(
     say: frozenset[str], least: int, likely: Mapping[str, str]

@@ -127,3 +127,36 @@ def test_addresses_and_registers_are_written_as_they_are() -> None:
         "zweimal; Netzwerkkabel und Auslastung (Steuerung) prüfen, und ob ein zweites Programm mit ihr "
         "spricht"
     )
+
+
+NOTED = (
+    "20 ± 10 mm at 1.27 Hz cannot be reached: force_max_kN = 300",
+    "20 ± 10 mm at 1.27 Hz cannot be reached: speed of the piston, at most 120 mm/s",
+    (
+        "20 ± 10 mm would need ± 12.31 mm of the piston, and ± 10.02 mm are left by travel of the piston, to "
+        "60.00 mm from first contact"
+    ),
+    "cycle 3: 10.1 … 99.8 kN",
+    (
+        "first contact was not found: the force rose by 0.20 kN at most, with a noise of 0.30 kN: no "
+        "contact; touch off again"
+    ),
+    (
+        "force reads +12.00 kN at rest with the valve off, more than zero_force_max_kN = 5 kN, and force_2 "
+        "+2.00 kN of one transducer: scale, zero or wire of one of them is wrong, and there need be no load"
+    ),
+    (
+        "the force reads +12.00 kN at rest, more than [guards] zero_force_max_kN = 5 kN: force reads +12.00 "
+        "kN and force_2 +2.00 kN of one transducer: scale, zero or wire of one of them is wrong, and there "
+        "need be no load: look at their wiring and at [[controller.channel]] name = “force”, calibration; "
+        "where the specimen bears one: unload the specimen, or set the zero of transducer or calibration"
+    ),
+)
+
+
+@pytest.mark.parametrize("code", TRANSLATED)
+@pytest.mark.parametrize("text", NOTED)
+def test_what_a_stroke_or_a_zero_notes_is_said(code: Code, text: str) -> None:
+    said = Language(code).say(text)
+    assert said != text
+    assert not ENGLISH.search(said)
