@@ -30,7 +30,7 @@ _FACT = re.compile(r"\{(\w+)\}")
 _WORDS = re.compile(r"[A-Za-z]{2}")
 _BETWEEN = "; "
 _FRENCH_BETWEEN = "\u00a0; "
-_WRITTEN = frozenset({"address", "register", "section", "sequence", "table"})
+_WRITTEN = frozenset({"address", "mounted", "register", "section", "sequence", "table", "wanted"})
 """Facts that look like numbers and are none."""
 _TOLD = frozenset({"why", "text"})
 """Facts that are texts of the evaluation themselves: without a translation of theirs there is none at all."""
@@ -42,10 +42,11 @@ _NAMES = re.compile(r"[\w*.-]+(?:, [\w*.-]+)* and [\w*.-]+")
 """Names of files and documents in a row."""
 _OF_FACT = {
     "address": r"[^ ]+(?: [(][^()]*[)])?(?: unit \d+)?",
-    "request": r"(?:(?:adjusting|arming|exchanging|reading|starting|writing) .+?|\d+)",
     "device": r"[\w.-]+(?: [\w.-]+)?",
     "number": r"\d+",
     "numbers": r"\d+(?:(?:, | to )\d+)*",
+    "register": r"[\w.-]+",
+    "request": r"(?:(?:adjusting|arming|exchanging|reading|starting|writing) .+?|\d+)",
 }
 """What some facts look like; others are any text."""
 _FROM_TO = re.compile(r"(\d+) to (\d+)")

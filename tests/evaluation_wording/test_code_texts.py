@@ -87,6 +87,8 @@ NO_REPORT = {
 NOT_SHOWN = {
     "by itself": "a key of a group of runs",
     "{least} or more": "of an error",
+    "first contact": "what a release is measured from: a message has it in it",
+    "its own zero (no contact was touched off)": "as before",
     **dict.fromkeys(
         (
             *("[zero] travel_max_mm", "[zero] stroke_max_mm", "[guards] zero_force_max_kN"),

@@ -9,7 +9,7 @@ from tests.evaluation_wording.messages import TRANSLATED
 from tests.evaluation_wording.test_code_texts import ENGLISH
 
 STOPPED = "safe stop: force 0.4 kN (channel force_2, zero taken off; force shows 31.5 kN), stroke 1.2 mm, "
-NOT_OFF = "VALVE NOT OFF (state moving), after 12.3 s; NOT SAFE: use the stand's emergency stop"
+NOT_OFF = "VALVE NOT OFF (state ramping), after 12.3 s; NOT SAFE: use the stand's emergency stop"
 WHOLE = (
     STOPPED + NOT_OFF,
     STOPPED + NOT_OFF + " (watchdog not fed: it hums; the release did not end in time)",
@@ -37,8 +37,8 @@ def test_what_nobody_foresaw_stays_as_it_is() -> None:
     text = f"{STOPPED}{NOT_OFF} (hold: it hums; nobody knows why; released at once)"
     assert Language("de").say(text) == (
         "sicherer Halt: Kraft 0,4 kN (Kanal force_2, Nullpunkt abgezogen; force zeigt 31,5 kN), Hub 1,2 mm, "
-        "VENTIL NICHT AUS (Zustand moving), nach 12,3 s; NICHT SICHER: den Not-Halt des Prüfstands benutzen "
-        "(Halten: it hums; nobody knows why; sofort entlastet)"
+        "VENTIL NICHT AUS (Zustand: fährt eine Rampe), nach 12,3 s; NICHT SICHER: den Not-Halt des "
+        "Prüfstands benutzen (Halten: it hums; nobody knows why; sofort entlastet)"
     )
 
 
