@@ -168,8 +168,14 @@ def left_as_it_is(text: CodeText, code: Code, likely: Mapping[str, str] = LIKELY
         form
         for form, english, other in said
         if TWO_WORDS.search(FACT.sub("", form)) and form not in NOT_SHOWN
-        if other in {english, ""} or ENGLISH.search(other)
+        if other in {english, ""} or ENGLISH.search(other) or _part_stays(english, other)
     ]
+
+
+def _part_stays(english: str, other: str) -> bool:
+    """Return whether one of the reasons in a row is left as it is: it may have none of the common words."""
+    parts = re.split("; |: ", english)
+    return any(TWO_WORDS.search(part) and part in other for part in parts)
 
 
 @pytest.fixture(scope="module")
