@@ -29,14 +29,25 @@ _GROUPED_FROM = 5
 _FACT = re.compile(r"\{(\w+)\}")
 _WORDS = re.compile(r"[A-Za-z]{2}")
 _BETWEEN = "; "
-_FRENCH_BETWEEN = " ; "
-_WRITTEN = frozenset({"section", "table"})
+_FRENCH_BETWEEN = "\u00a0; "
+_WRITTEN = frozenset({"address", "mounted", "register", "section", "sequence", "table", "wanted"})
 """Facts that look like numbers and are none."""
 _TOLD = frozenset({"why", "text"})
 """Facts that are texts of the evaluation themselves: without a translation of theirs there is none at all."""
+_LISTED = frozenset({"details", "problems", "source"})
+"""Facts that are reasons in a row, some of which may be anybody's words: each is said on its own."""
+_LONGEST = 6
+"""So many parts of a row a message has at most."""
 _NAMES = re.compile(r"[\w*.-]+(?:, [\w*.-]+)* and [\w*.-]+")
 """Names of files and documents in a row."""
-_OF_FACT = {"number": r"\d+", "numbers": r"\d+(?:(?:, | to )\d+)*"}
+_OF_FACT = {
+    "address": r"[^ ]+(?: [(][^()]*[)])?(?: unit \d+)?",
+    "device": r"[\w.-]+(?: [\w.-]+)?",
+    "number": r"\d+",
+    "numbers": r"\d+(?:(?:, | to )\d+)*",
+    "register": r"[\w.-]+",
+    "request": r"(?:(?:adjusting|arming|exchanging|reading|starting|writing) .+?|\d+)",
+}
 """What some facts look like; others are any text."""
 _FROM_TO = re.compile(r"(\d+) to (\d+)")
 _LIST = re.compile(r"\d+(?:(?:, | to )\d+)+")
@@ -145,14 +156,15 @@ class Language:
         """
         if not _WORDS.search(text):
             return text
-        whole = _known(self, text)
-        if whole is None and _BETWEEN in text:
-            parts = text.split(_BETWEEN)
-            known = [_known(self, part) if _WORDS.search(part) else self.numeral(part) for part in parts]
-            if None not in known:
-                between = _FRENCH_BETWEEN if self.code == "fr" else _BETWEEN
-                whole = between.join(part for part in known if part is not None)
+        whole = _in_parts(self, text)
+        if whole is None and text.endswith(")"):
+            whole = _with_remark(self, text)
         return text if whole is None else whole
+
+    @property
+    def between(self) -> str:
+        """What stands between several reasons."""
+        return _FRENCH_BETWEEN if self.code == "fr" else _BETWEEN
 
 
 ENGLISH = Language()
@@ -203,6 +215,45 @@ class _Form:
     translation: str
 
 
+def _in_parts(language: Language, text: str, *, with_foreign: bool = False) -> str | None:
+    """Return reasons in a row in a language, or None where one is not known.
+
+    As many parts as a message has are taken together. ``with_foreign``: what is not known stays as it is.
+    """
+    parts, said_parts, at = text.split(_BETWEEN), [], 0
+    while at < len(parts):
+        for end in range(min(len(parts), at + _LONGEST), at, -1):
+            known = _part(language, _BETWEEN.join(parts[at:end]))
+            if known is not None:
+                break
+        else:
+            if not with_foreign:
+                return None
+            end, known = at + 1, parts[at]
+        said_parts.append(known)
+        at = end
+    return language.between.join(said_parts)
+
+
+def _part(language: Language, text: str) -> str | None:
+    return _known(language, text) if _WORDS.search(text) else language.numeral(text)
+
+
+def _with_remark(language: Language, text: str) -> str | None:
+    """Return a text with remarks in brackets behind it, or None where what is before them is not known."""
+    for found in re.finditer(r" [(]", text):
+        before = _in_parts(language, text[: found.start()])
+        if before is not None:
+            return f"{before} ({_details(language, text[found.end() : -1])})"
+    return None
+
+
+def _details(language: Language, text: str) -> str:
+    """Return reasons in a row, those that are not known as they are."""
+    whole = language.say(text)
+    return whole if whole != text else _in_parts(language, text, with_foreign=True) or text
+
+
 @lru_cache(maxsize=4096)
 def _known(language: Language, text: str) -> str | None:
     """Return a text of the evaluation in a language, or None where no message has its form."""
@@ -212,8 +263,9 @@ def _known(language: Language, text: str) -> str | None:
             continue
         facts = {}
         for name, fact in found.groupdict().items():
-            said = language.say(fact)
-            if said == fact and (name in _TOLD or _BETWEEN in fact) and _WORDS.search(fact):
+            listed = name in _LISTED
+            said = _details(language, fact) if listed else language.say(fact)
+            if said == fact and not listed and (name in _TOLD or _BETWEEN in fact) and _WORDS.search(fact):
                 break
             facts[name] = _numbers(language, fact) if said == fact and name not in _WRITTEN else said
         else:

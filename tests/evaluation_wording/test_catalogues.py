@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from bufferstand.drivers import MotionState
 from bufferstand.evaluation.wording import Code
 from bufferstand.evaluation.wording.language import EVALUATION, read_catalogue
 from tests.evaluation_wording.code_texts import code_texts
@@ -23,7 +24,7 @@ from tests.evaluation_wording.messages import (
 
 FACT = re.compile(r"\{(\w+)\}")
 NUMBER = re.compile("[0-9]+(?:[.,\u202f][0-9]+)*")
-EVALUATING = ("evaluation", "daq", "model", "recording", "foundation")
+EVALUATING = ("evaluation", "daq", "drivers", "model", "recording", "foundation")
 """Rooms whose texts stand in evaluation documents and run files."""
 
 
@@ -88,6 +89,7 @@ def pairs(text: str) -> set[tuple[str, str]]:
 def test_the_messages_of_the_evaluation_are_those_of_the_code() -> None:
     """A text of the evaluation that is worded anew would stay English without a word."""
     texts = [file.read_text(encoding="utf-8") for file in (ROOT / "evaluation").rglob("*.toml")]
+    texts += [state.name.lower() for state in MotionState]  # as a safe stop names them
     for file in (file for room in EVALUATING for file in (ROOT / room).rglob("*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
         nodes = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]

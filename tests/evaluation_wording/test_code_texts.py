@@ -17,7 +17,26 @@ from tests.evaluation_wording.messages import ROOT, TRANSLATED
 
 ROOMS = (
     "evaluation",
+    "daq/acquisition/catching_up.py",
+    "daq/acquisition/outage.py",
+    "daq/acquisition/suspend_check.py",
     "daq/motions/force_rows.py",
+    "daq/motions/release_bound.py",
+    "daq/motions/safe_stop.py",
+    "daq/motions/stop_observer.py",
+    "daq/strokes/correction_steps.py",
+    "daq/strokes/knowledge.py",
+    "daq/strokes/sine_command.py",
+    "daq/zero/first_contact.py",
+    "daq/zero/limits.py",
+    "drivers/amplifiers/host_stamps.py",
+    "drivers/amplifiers/aed/values.py",
+    "drivers/controllers/ring_reader.py",
+    "drivers/modbus/link.py",
+    "drivers/modbus/wires.py",
+    "drivers/thermometers/bus.py",
+    "drivers/thermometers/ds18b20.py",
+    "foundation/channels/plausibility.py",
     "model/identified_range.py",
     "model/spring.py",
     "model/twin/alarming.py",
@@ -30,14 +49,28 @@ STOPPING = tuple(
     f"daq/{room}"
     for room in (
         *("acquisition", "campaign", "guards", "motions", "operator"),
-        *("strokes", "twin", "warm_up", "zero"),
+        *("stand", "strokes", "twin", "warm_up", "zero"),
     )
 )
 """Rooms that stop a run, or note what happened in it."""
 GUARDS_SAY = frozenset({"Trip", "SignalDoubt", "_doubt", "_scaled_doubt"})
 """What is handed what a guard says: a trip, and a doubt of a signal, which a trip tells."""
-EVENTS = frozenset({"say", "event"})
+HALTS = frozenset({"Halt", "NoContactError", "_latch_fault", "_refusal", "_refuse", "trip_at", "trip_of"})
+"""What is handed why the program itself stops: the controller, its wire, the operator, the disk."""
+EVENTS = frozenset({"say", "event", "once"})
 """What is handed an event of a run: a report has the last one of a run that ended early."""
+CONTROLLERS = ("drivers/controllers",)
+SENSORS = ("drivers/acquisition", "drivers/amplifiers", "drivers/thermometers")
+"""Rooms whose words about a device, or its wire, stand behind a reason, or are an event of a run."""
+FAULTS = frozenset(
+    {
+        *("DeviceFault", "NotInCharge", "WireLost", "CommandRejected", "ModbusRefusal"),
+        *("fault", "lost", "note", "distrust", "AlteredBlock", "DoubtfulBlock", "CannotOpenError"),
+    }
+)
+"""What is handed what the driver of a controller says."""
+SENSORS_SAY = frozenset({"_fault", "complain", "refuse", "SensorFault"})
+"""What is handed what a sensor's driver says while it reads; it is set up before a run."""
 NO_REPORT = {
     "evaluation/archive": "settings, tables and messages of whole archives; a report has none of them",
     "evaluation/catalogue": "names and definitions of quantities: the messages of the code have the names",
@@ -54,6 +87,15 @@ NO_REPORT = {
 NOT_SHOWN = {
     "by itself": "a key of a group of runs",
     "{least} or more": "of an error",
+    "first contact": "what a release is measured from: a message has it in it",
+    "its own zero (no contact was touched off)": "as before",
+    **dict.fromkeys(
+        (
+            *("[zero] travel_max_mm", "[zero] stroke_max_mm", "[guards] zero_force_max_kN"),
+            ", more than {apart_mm} mm ({wires_apart}): align the specimen, or hook the wires in anew",
+        ),
+        "a setting, or a piece of a message that is told whole",
+    ),
     "nothing follows": "a kind of end, told in other words",
     "record cut short": "a kind of end, told in other words",
     "invalid record": "a kind of end, told in other words",
@@ -73,6 +115,11 @@ NO_PROBLEM = {
 KEYS = "keys: Ctrl-C stop now · c stop after the cycle · s stop after the step · n note (end with Enter)"
 NO_REASON = {
     KEYS: "said at the terminal",
+    "waits for the controller to come to rest by itself{at_most}: {what} ({shown}); nothing is written to it "
+    "meanwhile, Ctrl-C ends the wait": "said at the terminal",
+    "the controller is at rest, and nobody has it, after {began_s} s: going on": "said at the terminal",
+    "{why}; the stand was not touched": "a motion by hand, of which there is no run",
+    "start temperature": "the name of a guard",
     "fallen off": "a kind of doubt",
     "no heat": "a kind of doubt",
     "follows the specimen": "a kind of doubt",
@@ -83,7 +130,12 @@ NO_REASON = {
     "{calibration}, or [limits] machine_stiffness_kN_per_mm": "two keys",
 }
 """What guards hand over besides, and what it is."""
-LIKELY = {"lacking": "cycle 7"}
+LIKELY = {
+    "lacking": "cycle 7",
+    **dict.fromkeys(("reading", "others", "broken", "silent"), ""),
+    "further": "given up",
+    "stop": "force 7 kN (7), stroke 7 mm, valve off, after 7 s",
+}
 LIKELY_OF_GUARDS = {"more": "", "beside": "", "fault": ": its sign is turned"}
 """Facts that are no number, and one of their values."""
 TWO_WORDS = re.compile(r"[A-Za-z]{2,}.* .*[A-Za-z]{2,}|[A-Za-z]{2,} .*[A-Za-z]{2,}", re.DOTALL)
@@ -116,8 +168,14 @@ def left_as_it_is(text: CodeText, code: Code, likely: Mapping[str, str] = LIKELY
         form
         for form, english, other in said
         if TWO_WORDS.search(FACT.sub("", form)) and form not in NOT_SHOWN
-        if other in {english, ""} or ENGLISH.search(other)
+        if other in {english, ""} or ENGLISH.search(other) or _part_stays(english, other)
     ]
+
+
+def _part_stays(english: str, other: str) -> bool:
+    """Return whether one of the reasons in a row is left as it is: it may have none of the common words."""
+    parts = re.split("; |: ", english)
+    return any(TWO_WORDS.search(part) and part in other for part in parts)
 
 
 @pytest.fixture(scope="module")
@@ -133,8 +191,13 @@ def test_every_text_that_can_reach_a_report_has_a_translation(texts: list[CodeTe
     assert lacking == [], f"no message of the context evaluation in {code}.po has this form"
 
 
-@pytest.mark.parametrize(("say", "least"), [(GUARDS_SAY, 150), (EVENTS, 15)])
-def test_what_is_said_while_a_run_is_made_has_a_translation(say: frozenset[str], least: int) -> None:
+@pytest.mark.parametrize(
+    ("say", "least", "likely"),
+    [(GUARDS_SAY, 150, LIKELY_OF_GUARDS), (HALTS, 35, LIKELY), (EVENTS, 15, LIKELY_OF_GUARDS)],
+)
+def test_what_is_said_while_a_run_is_made_has_a_translation(
+    say: frozenset[str], least: int, likely: Mapping[str, str]
+) -> None:
     """Why a run was stopped, and what was noted in it: it is in the run's file, so in reports."""
     files = sorted(file for room in STOPPING for file in (ROOT / room).rglob("*.py"))
     reasons = [text for file in files for text in handed_texts(file, say)]
@@ -143,8 +206,25 @@ def test_what_is_said_while_a_run_is_made_has_a_translation(say: frozenset[str],
         lacking = {
             f"{text.file}:{text.line}: {form}"
             for text in reasons
-            for form in left_as_it_is(text, code, LIKELY_OF_GUARDS)
+            for form in left_as_it_is(text, code, likely)
             if form not in NO_REASON
+        }
+        assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
+
+
+@pytest.mark.parametrize(
+    ("rooms", "say", "least"),
+    [(CONTROLLERS, FAULTS, 50), (SENSORS, SENSORS_SAY, 20)],
+    ids=["controllers", "sensors"],
+)
+def test_what_drivers_say_has_a_translation(rooms: tuple[str, ...], say: frozenset[str], least: int) -> None:
+    """Why a wire or a device failed: behind the reason of a run that ended early, or its last event."""
+    files = [file for room in rooms for file in sorted((ROOT / room).rglob("*.py"))]
+    words = [text for file in files for text in handed_texts(file, say)]
+    assert len({form for text in words for form in text.forms}) > least
+    for code in TRANSLATED:
+        lacking = {
+            f"{text.file}:{text.line}: {form}" for text in words for form in left_as_it_is(text, code, LIKELY)
         }
         assert lacking == set(), f"no message of the context evaluation in {code}.po has this form"
 
