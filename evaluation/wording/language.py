@@ -38,6 +38,8 @@ _LISTED = frozenset({"details", "problems", "source"})
 """Facts that are reasons in a row, some of which may be anybody's words: each is said on its own."""
 _LONGEST = 6
 """So many parts of a row a message has at most."""
+_LONGEST_TEXT = 1000
+"""Characters of a text that is looked for among the messages: what is longer is told part by part, or stays."""
 _NAMES = re.compile(r"[\w*.-]+(?:, [\w*.-]+)* and [\w*.-]+")
 """Names of files and documents in a row."""
 _OF_FACT = {
@@ -257,6 +259,8 @@ def _details(language: Language, text: str) -> str:
 @lru_cache(maxsize=4096)
 def _known(language: Language, text: str) -> str | None:
     """Return a text of the evaluation in a language, or None where no message has its form."""
+    if len(text) > _LONGEST_TEXT:
+        return None
     for form in _forms(language.code):
         found = form.pattern.fullmatch(text)
         if found is None:

@@ -160,3 +160,14 @@ def test_what_a_stroke_or_a_zero_notes_is_said(code: Code, text: str) -> None:
     said = Language(code).say(text)
     assert said != text
     assert not ENGLISH.search(said)
+
+
+def test_a_text_longer_than_any_message_stays_and_costs_nothing() -> None:
+    """Of a few thousand characters the forms would have to be told apart for minutes."""
+    text = "force 3 kN exceeds " * 2000
+    assert Language("de").say(text) == text
+
+
+def test_a_long_row_of_reasons_is_said_part_by_part() -> None:
+    text = "; ".join(["no temperature"] * 200)
+    assert Language("de").say(text) == "; ".join(["keine Temperatur"] * 200)
