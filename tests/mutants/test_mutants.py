@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from tests.mutants.targets import MODULES, PARTS, Part
 
 PLANTED = "tests/mutants/planted.py"
 GOOD, WEAK = "tests/mutants/planted_tests/good.py", "tests/mutants/planted_tests/weak.py"
+FAILING = "tests/mutants/planted_tests/failing.py"
 SOURCE = (ROOT / PLANTED).read_text(encoding="utf-8")
 
 
@@ -48,6 +50,32 @@ def tried(room: Path, mutants: list[Mutant], test: str) -> list[Outcome]:
     return list(try_all(PLANTED, mutants, [test], 1))
 
 
+def refusal(room: Path, tests: str) -> str:
+    """Return why nothing was tried, in a process that has run no other tests."""
+    del room
+    try:
+        list(try_all(PLANTED, changed(HAND[1]), [tests], 1))
+    except CannotTry as why:
+        return str(why)
+    return ""
+
+
+def spin() -> bytes:
+    while True:
+        pass
+
+
+def fail() -> bytes:
+    raise ValueError
+
+
+def at_their_limits(room: Path) -> dict[object, tuple[bytes | None, bool]]:
+    """Return what processes say that end well, fail and never end, and whether their time was over."""
+    del room
+    works = [Work("said", lambda: b"this", 5, 60), Work("failed", fail, 5, 60), Work("spun", spin, 0, 60)]
+    return {done.tag: (done.said, done.timed_out) for done in in_processes(works, 2)}
+
+
 def ends(outcomes: list[Outcome]) -> dict[str, str]:
     return {one.mutant.mutant: one.ended for one in outcomes}
 
@@ -75,14 +103,11 @@ def test_a_good_test_kills_and_a_weak_one_lets_survive() -> None:
 
 @pytest.mark.slow
 def test_tests_that_fail_by_themselves_or_are_none_try_nothing(tmp_path: Path) -> None:
-    failing = tmp_path / "test_failing.py"
-    failing.write_text("def test_it():\n    assert False\n", encoding="utf-8")
     for tests, why in (
-        (str(failing), "without any mutant these fail"),
+        (FAILING, "without any mutant these fail"),
         (str(tmp_path / "none"), "cannot be|nothing was"),
     ):
-        with pytest.raises(CannotTry, match=why):
-            list(try_all(PLANTED, changed(HAND[1]), [tests], 1))
+        assert re.search(why, in_fresh_process(refusal, tests))
 
 
 @pytest.mark.slow
@@ -146,19 +171,7 @@ def test_only_what_lies_within_functions_is_put_in_place() -> None:
 
 @pytest.mark.slow
 def test_processes_are_ended_at_their_limits_and_say_what_they_found() -> None:
-    def spin() -> bytes:
-        while True:
-            pass
-
-    def fail() -> bytes:
-        raise ValueError
-
-    works = [
-        Work("said", lambda: b"this", 5, 60),
-        Work("failed", fail, 5, 60),
-        Work("spun", spin, 0, 60),
-    ]
-    found = {done.tag: (done.said, done.timed_out) for done in in_processes(works, 2)}
+    found = in_fresh_process(at_their_limits)
     assert found == {"said": (b"this", False), "failed": (None, False), "spun": (None, True)}
 
 
