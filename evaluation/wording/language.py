@@ -39,7 +39,7 @@ _LISTED = frozenset({"details", "problems", "source"})
 _LONGEST = 6
 """So many parts of a row a message has at most."""
 _LONGEST_TEXT = 1000
-"""Characters of a text that is looked for among the messages: what is longer is told part by part, or stays."""
+"""Characters of a text that is looked for among the messages: a longer one is told part by part, or stays."""
 _NAMES = re.compile(r"[\w*.-]+(?:, [\w*.-]+)* and [\w*.-]+")
 """Names of files and documents in a row."""
 _OF_FACT = {
