@@ -25,14 +25,6 @@ WHOLE = (
 )
 
 
-@pytest.mark.parametrize("code", TRANSLATED)
-@pytest.mark.parametrize("text", WHOLE)
-def test_a_safe_stop_that_went_wrong_is_said(code: Code, text: str) -> None:
-    said = Language(code).say(text)
-    assert said != text
-    assert not ENGLISH.search(said)
-
-
 def test_what_nobody_foresaw_stays_as_it_is() -> None:
     text = f"{STOPPED}{NOT_OFF} (hold: it hums; nobody knows why; released at once)"
     assert Language("de").say(text) == (
@@ -112,14 +104,6 @@ def test_a_sensor_that_stopped_is_said(code: Code, text: str) -> None:
     assert not ENGLISH.search(said.replace("in the bore", "").replace("at the foot", ""))
 
 
-@pytest.mark.parametrize("code", TRANSLATED)
-@pytest.mark.parametrize("text", WIRES)
-def test_a_wire_or_controller_that_failed_is_said(code: Code, text: str) -> None:
-    said = Language(code).say(text)
-    assert said != text
-    assert not ENGLISH.search(said)
-
-
 def test_addresses_and_registers_are_written_as_they_are() -> None:
     assert Language("de").say(WIRES[0]) == (
         "die Steuerung oder ihre Leitung fiel aus: Steuerung bei 127.0.0.1:15020 Gerät 1: Austausch: "
@@ -155,8 +139,8 @@ NOTED = (
 
 
 @pytest.mark.parametrize("code", TRANSLATED)
-@pytest.mark.parametrize("text", NOTED)
-def test_what_a_stroke_or_a_zero_notes_is_said(code: Code, text: str) -> None:
+@pytest.mark.parametrize("text", [*WHOLE, *WIRES, *NOTED])
+def test_what_went_wrong_or_is_noted_is_said(code: Code, text: str) -> None:
     said = Language(code).say(text)
     assert said != text
     assert not ENGLISH.search(said)

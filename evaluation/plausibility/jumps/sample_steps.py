@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bufferstand.evaluation.numerics import FloatArray
-from bufferstand.evaluation.plausibility.run_view import Samples
+from bufferstand.evaluation.plausibility.run_view import LONGER, Samples
 
 BESIDE = 3
 """The motion on a side is the median speed of so many steps."""
@@ -25,8 +25,6 @@ _WIDER = 1.1
 """What a wider step adds to the same leap counts for nothing below this ratio."""
 _REACH = 8
 """Leaps so few samples beside each other are one."""
-_LONGER = 2.5
-"""A step that lasts so many times longer than those beside it is a pause of the logger, or a hole."""
 _EVEN = 0.5
 """The steps on one side of a leap differ by less than this share of it."""
 RING, RINGS = 40, 0.8
@@ -238,7 +236,7 @@ def _leaps(channel: Samples, part: slice, width: int, count: int) -> list[Sample
     step = value[last] - value[first]
     beyond = step - np.clip(step, np.min(made, axis=0), np.max(made, axis=0))
     moves = np.maximum(np.abs(one), np.abs(two)) * own
-    told = (own <= _LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond)) & (beyond != 0.0)
+    told = (own <= LONGER * width * beside_s) & (moves < _MOVES[width] * np.abs(beyond)) & (beyond != 0.0)
     return [
         SampleJump(at, at + width, size)
         for at, size in zip(first[told].tolist(), beyond[told].tolist(), strict=True)

@@ -30,10 +30,12 @@ if TYPE_CHECKING:
         Samples,
     )
     from bufferstand.evaluation.plausibility.run_view.view import (
+        LONGER,
         RunView,
     )
 
 __all__ = [
+    "LONGER",
     "Channels",
     "CycleSeries",
     "ErrorCodes",

@@ -16,8 +16,10 @@ from bufferstand.evaluation.plausibility.run_view.samples import Samples
 from bufferstand.evaluation.record import Record
 from bufferstand.foundation.numbers import median
 
-_ABOUT, _LONGER = 4, 2.5
-"""An interruption lasts longer than the step, as a median of so many on either side, by this factor."""
+LONGER = 2.5
+"""A step that lasts so many times longer than those beside it is a pause of the logger, or a hole."""
+_ABOUT = 4
+"""So many steps on either side are those about one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +137,7 @@ class RunView:
         if self.samples.by_event and before.size:
             step_s = np.diff(time_s)
             about = [median(step_s[max(0, at - _ABOUT) : at + _ABOUT + 1]) for at in before.tolist()]
-            before = before[step_s[before] > _LONGER * np.array(about)]
+            before = before[step_s[before] > LONGER * np.array(about)]
         return tuple(time_s[before].tolist())
 
     @property
